@@ -21,6 +21,7 @@ from slalom import (
     Outcome,
     Polyline,
     Rectangle,
+    Sampled,
     State,
     Stationary,
 )
@@ -41,7 +42,7 @@ class Scene(NamedTuple):
     robot: Navigator
     state: State
     goal: Goal
-    obstacles: ObstacleTable
+    obstacles: ObstacleTable | list[ObstacleTable]
 
 
 def scene(seed: int, method: str, stop: bool) -> Scene:
@@ -74,9 +75,9 @@ def drive(s: Scene, steps: int) -> Iterator[tuple[object, ...]]:
 
 def everywhere(bodies: GrownBodies) -> GrownBodies:
     """The same bodies with balls of which nothing is known: no row and no time is left out."""
-    balls = bodies.balls.copy()
-    balls[:, 3] = np.inf
-    return bodies._replace(balls=balls)
+    balls, body_balls = bodies.balls.copy(), bodies.body_balls.copy()
+    balls[:, 3], body_balls[:, 3] = np.inf, np.inf
+    return bodies._replace(balls=balls, body_balls=body_balls)
 
 
 @pytest.mark.parametrize(("method", "stop"), [("nao", False), ("nao", True), ("vo", True)])
@@ -91,6 +92,22 @@ def test_decisions_are_those_with_all_rows(seed, method, stop, monkeypatch):
     monkeypatch.setattr(Skeletons, "grown_bodies", unculled)
     assert culled == list(drive(scene(seed, method, stop), 40))
     assert len({row[0] for row in culled}) > 1
+
+
+@pytest.mark.parametrize(("method", "horizons"), [("nao", None), ("nao", slalom.SafeTime(2.0)), ("vo", None)])
+@pytest.mark.parametrize("seed", range(2))
+def test_one_table_decides_as_its_parts(seed, method, horizons):
+    """The pieces of a single table are cut to the window for each robot, those of parts before they are joined.
+
+    Some obstacles appear late, or leave, so that windows begin and end within their pieces.
+    """
+    s = scene(seed, method, stop=True)
+    robot = replace(s.robot, horizons=horizons)
+    tracks = [Sampled([0.4 * k, 6.0 + k], [(-6.0 + 2.0 * k, 3.0), (5.0, -3.0 - k)]) for k in range(4)]
+    every = [*s.obstacles, *(Obstacle(Disc(0.4), one, after_end="leaves") for one in tracks)]
+    parts = [ObstacleTable(every[:9]), ObstacleTable(every[9:])]
+    together, apart = (list(drive(s._replace(robot=robot, obstacles=o), 40)) for o in (ObstacleTable(every), parts))
+    assert together == apart
 
 
 @pytest.mark.parametrize("turning", [False, True])
@@ -173,7 +190,10 @@ def test_walls_far_away_are_left_out():
 
 
 def test_a_path_beyond_the_known_bodies_is_not_kept():
-    """The manoeuvre of a fast robot, after its limits were lowered: where it leads, bodies may have been left out."""
+    """The manoeuvre of a fast robot, after its limits were lowered: where it leads, bodies may have been left out.
+
+    Of a single table no body is left out.
+    """
     state, goal = State((0.0, 0.0), (0.0, 0.0)), Goal(Stationary((90.0, 0.0)), 0.5)
     walls = ObstacleTable(
         [Obstacle(Polyline(((20.0, y), (20.0, y + 1.0)), 0.05), Stationary((0.0, 0.0))) for y in (3, 9)]
@@ -181,6 +201,7 @@ def test_a_path_beyond_the_known_bodies_is_not_kept():
     fast = Navigator(slalom.method("nao"), Disc(0.3), Limits(5.0, 4.0), patience=100.0)
     slow = Navigator(slalom.method("nao"), Disc(0.3), Limits(0.3, 4.0), patience=100.0)
     decision = fast.decide(state, walls, goal)
-    for robot, kept in ((fast, True), (slow, False)):
-        again = robot.decide(state, walls, goal, previous=decision)
+    parts = [ObstacleTable([wall]) for wall in walls]
+    for robot, around, kept in ((fast, parts, True), (slow, parts, False), (slow, walls, True)):
+        again = robot.decide(state, around, goal, previous=decision)
         assert (again.outcome is Outcome.KEPT) == kept

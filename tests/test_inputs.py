@@ -1584,7 +1584,7 @@ CASES = [
     Case("has", InvalidInput, r"obstacles: expected a list .*, found 7", lambda _: decision(obstacles=7)),
     Case("has", InvalidInput, r"obstacles\[0\]: expected an obstacle, found Disc", lambda _: ObstacleTable([Disc(1)])),
     Case(
-        "ObstacleTable.bodies",
+        "ObstacleTable.stretch",
         InvalidInput,
         r"obstacles: expected a table of obstacles without uncertainty, found one with it",
         lambda _: ObstacleWindow(ObstacleTable([replace(ROCK, uncertainty=BoundedError(0.1))]), 0, 1).bodies(Disc(1)),

@@ -33,15 +33,17 @@ def approach_of(
     """
     if goal is None:
         return None
+    # Lists take a quarter of the time of arrays of two numbers.
     target = goal.position(now)
-    left = dist(target, state.position)
+    place = target.tolist()
+    left = dist(place, state.position.tolist())
     if progress is not None and isinstance(goal, PathGoal):
         left = max(left, goal.length - progress)
     left = max(left - goal.tolerance, 0.0)
     if (
         last is not None
         and 0.0 < left > last.distance - APPROACH_TIME * max_speed
-        and dist(target, last.target) <= goal.tolerance
+        and dist(place, last.target.tolist()) <= goal.tolerance
     ):
         return last
     return Approach(left, now, target)

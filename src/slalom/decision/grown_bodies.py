@@ -1,7 +1,7 @@
 """The bodies of obstacles and robots, grown by the shapes of robots, from which the compiled policy decides."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from slalom.obstacle.minkowski import sum_of_shapes
 from slalom.obstacle.pieces import Reach
 from slalom.obstacle.window import ObstacleWindow
 from slalom.shape import Shape, is_round, round_shape
+
+NONE_AT_HORIZON: Final = zero_records(ObstacleAtHorizon, 0)
 
 
 class Skeletons:
@@ -60,27 +62,32 @@ class Skeletons:
 
     def _made(self, kind: int, obstacles: ObstacleWindow, around: Reach | None, *, detours: bool) -> GrownBodies:
         shape = self.shapes[kind]
-        bodies = obstacles.bodies(shape) if around is None else obstacles.bodies_near(shape, around)
+        bodies, body_balls, now, until, reach = obstacles.timed_bodies(shape, around)
         robots, corners = self._robots(kind), Corners(bodies.corners, bodies.first, bodies.unordered)
+        hull = robots.hull
         if len(robots.each):
+            hull = np.where(hull < 0, -1, len(bodies.unordered) + hull)
             corners = Corners(
                 np.concatenate([bodies.corners, robots.corners.corners]),
                 np.concatenate([bodies.first, bodies.first[-1] + robots.corners.first[1:]]),
                 np.concatenate([bodies.unordered, robots.corners.unordered]),
             )
         return GrownBodies(
+            now=now,
+            until=until,
             pieces=bodies.pieces,
+            first_piece=bodies.first_piece,
             balls=bodies.balls,
+            body_balls=body_balls,
             passive=bodies.each,
             hull=bodies.hull,
             corners=corners if bodies.has_hulls or robots.has_hulls else (),
-            heads=bodies.heads,
-            at_horizon=obstacles.at_horizon() if detours else zero_records(ObstacleAtHorizon, 0),
-            reach=np.inf if around is None else around.distance,
+            at_horizon=obstacles.at_horizon() if detours else NONE_AT_HORIZON,
+            reach=reach,
             robot_rounding=robots.rounding,
             robot_first=robots.first,
             robot_bodies=robots.each,
-            robot_hull=np.where(robots.hull < 0, -1, len(bodies.unordered) + robots.hull),
+            robot_hull=hull,
         )
 
     def _robots(self, kind: int) -> "_RobotBodies":

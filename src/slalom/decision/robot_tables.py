@@ -128,5 +128,6 @@ def publish(robots: RobotTable, k: int) -> None:
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
     """The committed path of the robot in row k, as a copy."""
     times, points = robots.committed.times[k], robots.committed.points[k]
-    count = int(np.count_nonzero(times[1:] > times[:-1]))
+    # After the last piece its end is repeated.
+    count = int(times.searchsorted(times[-1]))
     return Path(times[: count + 1].copy(), points[:count, :, :dimension].copy(), np.zeros(count))

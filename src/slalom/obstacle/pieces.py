@@ -39,8 +39,14 @@ class Bodies(NamedTuple):
     corners: Array  # (c, 5) see `kernels.arrays.Corners`
     first: Indices  # (h + 1,)
     unordered: Flags  # (h,)
-    heads: Indices  # rows with which bodies begin that exist when the window begins
+    first_piece: Indices  # (b + 1,) body k has the pieces first_piece[k] to first_piece[k + 1]
     has_hulls: bool  # whether any of them is more than a point
+
+    @property
+    def heads(self) -> Indices:
+        """The pieces (h,) with which bodies begin that exist when the window begins."""
+        some = self.first_piece[:-1][self.first_piece[:-1] < self.first_piece[1:]]
+        return np.asarray(some[self.pieces.times[some, 0] <= 0.0])
 
     @property
     def owner(self) -> Indices:
@@ -86,6 +92,16 @@ class Bodies(NamedTuple):
         return hulls._replace(hull=self.hull[rows]) if isinstance(hulls, Hulls) else ()
 
 
+class TimedBodies(NamedTuple):
+    """Bodies with pieces that may begin before a window of time and end after it."""
+
+    bodies: Bodies  # grown by a robot's shape, of which those farther away than `reach` may be left out
+    balls: Array  # (b, 4) [m] balls that hold each body on all its pieces; radius inf: not known
+    now: float  # [s] the begin of the window on the clock of the pieces
+    until: Array  # (o,) [s] after it, up to which each obstacle counts
+    reach: float  # [m]
+
+
 def passive_bodies(count: int) -> Records[PassiveBody]:
     """Bodies (b,) in every world, contact with which counts; the rest is 0."""
     each = zero_records(PassiveBody, count)
@@ -117,7 +133,6 @@ def joined(
     plain = np.array([obstacles[index].uncertainty is None for index in indices])
     spread = np.concatenate([shape.hull_radius for shape in shapes])
     point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
-    heads = np.flatnonzero(np.diff(pieces.body, prepend=-1))
     hull, each = np.where(point, -1, np.arange(count)), passive_bodies(count)
     each["owner"], each["hull_radius"], each["uncertain"] = owner, spread, ~np.repeat(plain, sizes)
     each["radius"] = np.concatenate([shape.radius for shape in shapes])
@@ -131,7 +146,7 @@ def joined(
         corners=np.concatenate([shape.corners for shape in shapes]),
         first=np.concatenate([[0], np.cumsum(counts)]),
         unordered=np.concatenate([shape.unordered for shape in shapes]),
-        heads=heads[pieces.times[heads, 0] <= 0.0],
+        first_piece=np.searchsorted(pieces.body, np.arange(count + 1)),
         has_hulls=bool(hull.max(initial=-1) >= 0),
     )
 
@@ -227,7 +242,7 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
         corners=np.concatenate([part.corners for part in parts]),
         first=np.concatenate([[0], *(part.first[1:] + k for part, k in zip(parts, from_corner))]),
         unordered=np.concatenate([part.unordered for part in parts]),
-        heads=np.concatenate([part.heads + k for part, k in zip(parts, from_row)]),
+        first_piece=np.concatenate([[0], *(part.first_piece[1:] + k for part, k in zip(parts, from_row))]),
         has_hulls=any(part.has_hulls for part in parts),
     )
 
@@ -299,6 +314,6 @@ def no_bodies(d: int) -> Bodies:
         corners=np.empty((0, 5)),
         first=np.zeros(1, np.int64),
         unordered=never,
-        heads=no,
+        first_piece=np.zeros(1, np.int64),
         has_hulls=False,
     )

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class ObstacleTable:
         self._uncertain = any(obstacle.uncertainty is not None for obstacle in self.obstacles)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in self.obstacles)
         self.has_futures = any(obstacle.probability < 1.0 for obstacle in self.obstacles)
-        self._bodies: dict[tuple[Shape, int, float], _Stretch] = {}
+        self._bodies: dict[tuple[Shape, int, float], tuple[Bodies, Array]] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
 
     def __repr__(self) -> str:
@@ -98,21 +98,17 @@ class ObstacleTable:
         Raises:
             InvalidInput: an obstacle with an uncertainty, or whose trajectory ended before the start.
         """
-        if self._uncertain:
-            raise InvalidInput("obstacles: expected a table of obstacles without uncertainty, found one with it")
         if not self.obstacles:
             return no_bodies(robot.dimension)
-        if start > self._known_until:
-            for obstacle in self.given:
-                obstacle.known_at(start)
-        bodies, first, body_balls, some = self._stretch(robot, start, horizon)
+        bodies, body_balls = self.stretch(robot, start, horizon)
+        some = np.arange(len(body_balls))
         if reach is not None:
             some = kernels.balls_near(body_balls, reach.position, reach.distance + reach.clearance)
         each = bodies.each if len(some) == len(body_balls) else bodies.each[some]
-        pieces, balls, heads = kernels.pieces_within(
-            bodies.pieces, bodies.balls, first, some, start, until[each["owner"]]
+        pieces, balls, first = kernels.pieces_within(
+            bodies.pieces, bodies.balls, bodies.first_piece, some, start, until[each["owner"]]
         )
-        found = bodies._replace(pieces=pieces, balls=balls, heads=heads)
+        found = bodies._replace(pieces=pieces, balls=balls, first_piece=first)
         return found if each is bodies.each else found._replace(each=each, hull=bodies.hull[some])
 
     def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
@@ -133,8 +129,20 @@ class ObstacleTable:
         found[still] = at_horizon(self.obstacles, some[still], 0.0)
         return some, still, found
 
-    def _stretch(self, robot: Shape, start: float, horizon: float) -> "_Stretch":
-        """All bodies over the stretch that contains the start [s]; over all time if all obstacles are at rest."""
+    def stretch(self, robot: Shape, start: float, horizon: float) -> tuple[Bodies, Array]:
+        """All bodies grown by a robot's shape, and balls (b, 4) [m] that hold each, see `kernels.body_balls`.
+
+        Over the stretch of time that contains the start [s] and a horizon [s] after it; over all time if all obstacles
+        are at rest. Times are absolute.
+
+        Raises:
+            InvalidInput: an obstacle with an uncertainty, or whose trajectory ended before the start.
+        """
+        if self._uncertain:
+            raise InvalidInput("obstacles: expected a table of obstacles without uncertainty, found one with it")
+        if start > self._known_until:
+            for obstacle in self.given:
+                obstacle.known_at(start)
         if self._at_rest:
             stretch, horizon, begin, end = 0, 0.0, -LARGEST, LARGEST
         else:
@@ -152,7 +160,7 @@ class ObstacleTable:
             self._bodies = {**kept, key: made}
         return made
 
-    def _made(self, robot: Shape, begin: float, end: float) -> "_Stretch":
+    def _made(self, robot: Shape, begin: float, end: float) -> tuple[Bodies, Array]:
         """All bodies from begin to end [s]."""
         shapes = [minkowski_sum(obstacle, robot) for obstacle in self.obstacles]
         tables = [
@@ -160,19 +168,7 @@ class ObstacleTable:
             for obstacle, shape, (first, last) in zip(self.obstacles, shapes, self._spans.tolist())
         ]
         bodies = joined(self.obstacles, range(len(shapes)), shapes, tables, 0.0)
-        every = np.arange(len(bodies.each) + 1)
-        first = np.searchsorted(bodies.pieces.body, every)
-        balls = kernels.body_balls(bodies.balls, first, bodies.radius + bodies.hull_radius)
-        return _Stretch(bodies, first, balls, every[:-1])
-
-
-class _Stretch(NamedTuple):
-    """All bodies of a table over a stretch of time."""
-
-    bodies: Bodies  # with absolute times
-    first: Indices  # (b + 1,) the first row of each
-    balls: Array  # (b, 4) [m] see `kernels.body_balls`
-    every: Indices  # (b,) 0, 1, 2, ...
+        return bodies, kernels.body_balls(bodies.balls, bodies.first_piece, bodies.radius + bodies.hull_radius)
 
 
 def one_dimension(dimensions: Iterable[int | None]) -> int | None:

@@ -276,7 +276,7 @@ class Tracks:
             corners=_each(shape.corners, n),
             first=np.append(0, np.cumsum(_each(shape.counts, n))),
             unordered=_each(shape.unordered, n),
-            heads=number * k,
+            first_piece=np.arange(0, total * k + 1, k),
             has_hulls=bool(hull.max() >= 0),
         )
 

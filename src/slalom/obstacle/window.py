@@ -16,7 +16,7 @@ from slalom.kernels.arrays import Flags, Indices, Snapshot
 from slalom.kernels.decision.tables import ObstacleAtHorizon
 from slalom.kernels.records import Records, joined_records, zero_records
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies, Reach, merged, no_bodies
+from slalom.obstacle.pieces import Bodies, Reach, TimedBodies, merged, no_bodies
 from slalom.obstacle.sources import sources_of
 from slalom.obstacle.table import ObstacleTable, one_dimension, same_dimension
 from slalom.obstacle.tracks import Tracks
@@ -203,6 +203,18 @@ class ObstacleWindow:
             moved[~np.isfinite(found[:, 0])] = 0.0
             bodies = bodies.displaced(moved[:, None] * found[:, 1:])
         return bodies
+
+    def timed_bodies(self, robot: Shape, reach: Reach | None) -> TimedBodies:
+        """As `bodies_near`, for kernels that cut pieces to the window: those of a single table as they are."""
+        if len(self._sources) == 1 and self._at_rest and self._touched_from is None:
+            table = self._sources[0]
+            if isinstance(table, ObstacleTable) and len(table):
+                bodies, balls = table.stretch(robot, self.start, self.horizon)
+                return TimedBodies(bodies, balls, self.start, self.until, np.inf)
+        bodies = self.bodies(robot) if reach is None else self.bodies_near(robot, reach)
+        balls = np.zeros((len(bodies.each), 4))
+        balls[:, 3] = np.inf
+        return TimedBodies(bodies, balls, 0.0, np.full(len(self), np.inf), np.inf if reach is None else reach.distance)
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).

@@ -2,77 +2,18 @@
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces
+from slalom.kernels.arrays import Array, Indices, Pieces
+from slalom.kernels.decision.passive_bodies import add_passive, grow_passive, hulls_of_bodies, passive_in_reach
 from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.reciprocity import agreed_side, share_of
-from slalom.kernels.decision.tables import (
-    EVERY_WORLD,
-    MET_BODY,
-    EncounterTables,
-    MetBody,
-    ObstaclePieces,
-)
-from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.decision.tables import MET_BODY, EncounterTables, MetBody, ObstaclePieces
+from slalom.kernels.geometry.cubic import restrict
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.records import Records
 from slalom.kernels.relative_motion.contact import kept_margin, overlaps
-from slalom.kernels.relative_motion.window import share_of_piece
 from slalom.kernels.squared import squared
-from slalom.tolerances import CONTACT_SLACK, COOPERATION_RANGE
-
-
-@inlined
-def is_elsewhere(world: int, own: int) -> bool:
-    """Whether a body in `world` is in another one than a robot in its `own`."""
-    return world != own and world != EVERY_WORLD
-
-
-@inlined
-def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> MaybeHulls:
-    """Hulls with numbers `hull` (n,) and directions `turned` (4, 2, n); empty where there are no corners."""
-    if len(corners) > 0:
-        return Hulls(hull, turned, corners.corners, corners.first, corners.unordered)
-    return ()
-
-
-@inlined
-def meets_balls(
-    ball: Array, more: float, begin: float, end: float, horizon: float, centers: Array, radii: Array
-) -> bool:
-    """Whether a ball (4,) [m], larger by `more` [m], touches one of those of the windows from `begin` to `end` [s].
-
-    `centers` (w, 3) [m] and `radii` (w,) [m]: of the windows, of equal length up to the horizon [s].
-    """
-    # A window that a ball touches for a rounding error of its time is left out: nothing moves far meanwhile.
-    per_second, last = len(radii) / horizon, len(radii) - 1
-    for w in range(max(int(begin * per_second), 0), min(int(min(end, horizon) * per_second), last) + 1):
-        x, y, z = centers[w, 0] - ball[0], centers[w, 1] - ball[1], centers[w, 2] - ball[2]
-        reach = radii[w] + (ball[3] + more)
-        if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
-            return True
-    return False
-
-
-@inlined
-def passive_rows_in_reach(i: int, error: float, centers: Array, radii: Array, scene: EncounterTables) -> Indices:
-    """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
-
-    `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon.
-    """
-    robot, bodies, settings = scene.robots.each[i], scene.bodies, scene.settings
-    times, balls, body = bodies.pieces.times, bodies.balls, bodies.pieces.body
-    rows, count, horizon = np.empty(len(body), np.int64), 0, settings.horizon
-    more = robot.rounding - bodies.robot_rounding + robot.margin + error
-    for s in range(len(body)):
-        passive = bodies.passive[body[s]]
-        if times[s, 1] <= 0.0 or times[s, 0] >= horizon or is_elsewhere(passive.world, robot.world):
-            continue
-        grown = passive.radius + passive.hull_radius + more
-        if meets_balls(balls[s], grown, times[s, 0], times[s, 1], horizon, centers, radii):
-            rows[count] = s
-            count += 1
-    return rows[:count]
+from slalom.tolerances import COOPERATION_RANGE
 
 
 @kernel
@@ -93,21 +34,24 @@ def obstacle_pieces(
     Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near. Bodies are
     larger by `error` [m], that of the robot's own pieces. If the robot `agrees` on sides, see `agreed_side`.
     """
-    robots, bodies, fixed = scene.robots, scene.bodies, len(scene.bodies.passive)
+    robots, bodies = scene.robots, scene.bodies
     d, q = scene.settings.dimension, robots.observed.points.shape[1]
-    passive = passive_rows_in_reach(i, error, centers, radii, scene)
-    total = fixed
+    passive = passive_in_reach(i, error, centers, radii, scene)
+    total = len(passive.body)
     for k in near:
         skeleton = robots.each[k].skeleton
         total += bodies.robot_first[skeleton + 1] - bodies.robot_first[skeleton]
     # One row more for each body of a robot: one piece is cut where the margin is whole again.
-    n, turning = len(passive) + (total - fixed) * (q + 1), len(bodies.pieces.turns) > 0
+    n, turning = len(passive.row) + (total - len(passive.body)) * (q + 1), len(bodies.pieces.turns) > 0
     turns = np.zeros((n if turning else 0, 4, 2))
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
     met, hull, balls = new_bodies(total), np.full(total, -1), np.full((n, 4), np.inf)
     rows = ObstaclePieces(pieces, np.zeros((n, 2)), balls, met, hull)
-    overlaps_passive = add_passive(i, passive, error, rows, scene) if fixed else False
-    overlaps_robot, s = add_robots(i, near, len(passive), error, agrees, rows, scene)
+    s, overlaps_passive = 0, False
+    if len(passive.row):
+        s = add_passive(i, passive, error, centers, radii, rows, scene)
+        overlaps_passive = grow_passive(i, passive.body, s, error, rows, scene)
+    overlaps_robot, s = add_robots(i, near, len(passive.body), s, error, agrees, rows, scene)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
     found = ObstaclePieces(used, rows.margin[:s], rows.balls[:s], met, hull)
     return found, overlaps_passive or overlaps_robot
@@ -115,17 +59,17 @@ def obstacle_pieces(
 
 @inlined
 def add_robots(
-    i: int, near: Indices, s: int, error: float, agrees: bool, rows: ObstaclePieces, scene: EncounterTables
+    i: int, near: Indices, body: int, s: int, error: float, agrees: bool, rows: ObstaclePieces, scene: EncounterTables
 ) -> tuple[bool, int]:
     """Write the bodies of the robots `near` (m,) on their observed paths, grown by robot i and the margin.
 
-    They begin at row s. Returns whether robot i overlaps one, and the next free row.
+    The first is number `body` and begins at row s. Returns whether robot i overlaps one, and the next free row.
     """
     robots, bodies, settings, pieces = scene.robots, scene.bodies, scene.settings, rows.pieces
     robot, observed, d, now = robots.each[i], robots.observed, settings.dimension, settings.now
     position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
     side = np.zeros(d)
-    body, turning, margin = len(bodies.passive), len(pieces.turns) > 0, robot.margin
+    turning, margin = len(pieces.turns) > 0, robot.margin
     for k in near:
         other = robots.each[k]
         state_on_path(observed, k, now, position, velocity)
@@ -211,88 +155,3 @@ def reduce_margin(share: float, rows: ObstaclePieces) -> None:
     for s in range(len(rows.pieces.body)):
         rows.pieces.radius[s] -= share * rows.margin[s, 0]
         rows.pieces.growth[s] -= share * rows.margin[s, 1]
-
-
-@kernel
-def add_passive(i: int, passive: Indices, error: float, rows: ObstaclePieces, scene: EncounterTables) -> bool:
-    """Write the rows `passive` (m,) of passive bodies, grown by robot i and by the margin it can keep, into the first.
-
-    Returns whether the robot overlaps one.
-    """
-    bodies, pieces = scene.bodies, rows.pieces
-    fixed, d, turning = bodies.pieces, pieces.points.shape[2], len(pieces.turns) > 0
-    more = scene.robots.each[i].rounding - bodies.robot_rounding
-    radius = np.empty(len(bodies.passive))
-    for b in range(len(radius)):
-        radius[b] = bodies.passive[b].radius + more
-        rows.hull[b], rows.bodies[b].hull_radius = bodies.hull[b], bodies.passive[b].hull_radius
-        rows.bodies[b].at_rest = bodies.passive[b].at_rest
-    overlapping = add_margin(i, radius, scene)
-    for s in range(len(passive)):
-        row, b = passive[s], fixed.body[passive[s]]
-        pieces.times[s, 0], pieces.times[s, 1] = fixed.times[row, 0], fixed.times[row, 1]
-        for c in range(4):
-            for axis in range(d):
-                pieces.points[s, c, axis] = fixed.points[row, c, axis]
-            if turning:
-                pieces.turns[s, c, 0], pieces.turns[s, c, 1] = fixed.turns[row, c, 0], fixed.turns[row, c, 1]
-        pieces.radius[s], pieces.growth[s] = fixed.radius[row] + radius[b] + error, fixed.growth[row]
-        pieces.body[s] = b
-        for axis in range(3):
-            rows.balls[s, axis] = bodies.balls[row, axis]
-        rows.balls[s, 3] = bodies.balls[row, 3] + radius[b] + bodies.passive[b].hull_radius + error
-        rows.margin[s, 0] = max(radius[b] - bodies.passive[b].radius - more, 0.0)
-    return overlapping
-
-
-@kernel
-def add_margin(i: int, radius: Array, scene: EncounterTables) -> bool:
-    """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies; whether it overlaps one."""
-    robot, bodies, settings = scene.robots.each[i], scene.bodies, scene.settings
-    fixed, near = bodies.pieces, passive_heads_nearby(i, radius, scene)
-    body = fixed.body[near]
-    places, directions = np.zeros((len(near), 3)), np.zeros((len(near), 2))
-    directions[:, 0] = 1.0
-    for h in range(len(near)):
-        s = near[h]
-        x = share_of_piece(fixed.times, s)
-        for axis in range(settings.dimension):
-            p = fixed.points[s, :, axis]
-            places[h, axis] = value(p[0], p[1], p[2], p[3], x) - robot.position[axis]
-        if len(fixed.turns) > 0:
-            for axis in range(2):
-                p = fixed.turns[s, :, axis]
-                directions[h, axis] = value(p[0], p[1], p[2], p[3], x)
-    found = distances(
-        places, directions, bodies.hull[body], hulls_of_bodies(bodies.corners, bodies.hull, np.empty((4, 2, 0)))
-    )
-    overlapping = False
-    kept = np.full(len(radius), robot.margin)
-    for h in range(len(near)):
-        s, clearance = near[h], found[h, 0] - radius[body[h]]
-        if bodies.passive[body[h]].uncertain:
-            clearance -= fixed.radius[s] + fixed.growth[s] * share_of_piece(fixed.times, s)
-        # From a body that a robot at rest may touch there is nothing to separate.
-        overlapping = overlapping or (bodies.passive[body[h]].at_rest and overlaps(clearance))
-        kept[body[h]] = max(kept_margin(clearance, robot.margin), -radius[body[h]])
-    for b in range(len(radius)):
-        radius[b] += kept[b]
-    return overlapping
-
-
-@kernel
-def passive_heads_nearby(i: int, radius: Array, scene: EncounterTables) -> Indices:
-    """The heads of passive bodies with radii (b,) [m] of which robot i may be nearer to than the margin now."""
-    robot, bodies, count = scene.robots.each[i], scene.bodies, 0
-    near = np.empty(len(bodies.heads), np.int64)
-    for s in bodies.heads:
-        b, square = bodies.pieces.body[s], 0.0
-        if is_elsewhere(bodies.passive[b].world, robot.world):
-            continue
-        for axis in range(3):
-            square += squared(bodies.balls[s, axis] - robot.position[axis])
-        reach = bodies.balls[s, 3] + radius[b] + bodies.passive[b].hull_radius + robot.margin + CONTACT_SLACK
-        if square <= reach * reach:
-            near[count] = s
-            count += 1
-    return near[:count]

@@ -3,7 +3,8 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.encounters import hulls_of_bodies, reduce_margin
+from slalom.kernels.decision.encounters import reduce_margin
+from slalom.kernels.decision.passive_bodies import hulls_of_bodies
 from slalom.kernels.decision.paths import response_path, state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import choose, relative_motion
 from slalom.kernels.decision.tables import DecisionTables, ObstaclePieces, ResponseSearch

@@ -3,8 +3,8 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.decision.encounters import is_elsewhere
 from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
+from slalom.kernels.decision.passive_bodies import is_elsewhere
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
 from slalom.kernels.decision.tables import DecisionTables, Paths, Scratch
 from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, target_state, time_to_target

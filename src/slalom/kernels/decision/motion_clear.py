@@ -7,9 +7,9 @@ controls.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices
-from slalom.kernels.decision.encounters import meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import reachable_neighbours
+from slalom.kernels.decision.passive_bodies import meets_balls
 from slalom.kernels.decision.paths import bounding_balls, response_path, rest_of_path
 from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionTables, ObstaclePieces, Paths, Scratch
 from slalom.kernels.geometry.cubic import below, put_distance, restrict
@@ -143,7 +143,7 @@ def preferred_is_free(
                     scratch.centers,
                     scratch.radii,
                 )
-        b = len(tables.bodies.passive)
+        b = 0
         for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots):
             while rows.bodies[b].robot != k:
                 b += 1

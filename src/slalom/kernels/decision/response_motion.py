@@ -3,9 +3,9 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
-from slalom.kernels.decision.encounters import hulls_of_bodies, meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import response_balls
+from slalom.kernels.decision.passive_bodies import hulls_of_bodies, meets_balls
 from slalom.kernels.decision.tables import (
     DecisionTables,
     GrownBodies,

@@ -182,16 +182,20 @@ class ObstacleAtHorizon:
 class GrownBodies(NamedTuple):
     """All bodies that robots with one kind of skeleton can meet, grown by it.
 
-    Passive bodies come as pieces, grown by `robot_rounding` too, see `slalom.obstacle.pieces.Bodies`. The bodies of a
-    robot with skeleton k are the rows robot_first[k] to robot_first[k + 1], relative to its position.
+    Passive bodies come as pieces, grown by `robot_rounding` too, see `slalom.obstacle.pieces.Bodies`. Pieces before now
+    and after the horizon may be among them. The bodies of a robot with skeleton k are the rows robot_first[k] to
+    robot_first[k + 1], relative to its position.
     """
 
+    now: float  # [s] time of the decision on the clock of the pieces
+    until: Array  # (o,) [s] after now, up to which each obstacle counts
     pieces: Pieces
+    first_piece: Indices  # (b + 1,) body k has the pieces first_piece[k] to first_piece[k + 1]
     balls: Array  # (n, 4) [m] centre and radius of a ball that holds the origin of the body, and its radius, on a piece
+    body_balls: Array  # (b, 4) [m] centre and radius of a ball that holds the grown body on all its pieces
     passive: Records[PassiveBody]  # (b,)
     hull: Indices  # (b,) number of the hull, -1 for a point
     corners: MaybeCorners  # of passive bodies and of robots
-    heads: Indices  # rows with which passive bodies begin that exist now
     at_horizon: Records[ObstacleAtHorizon]  # (e,)
     reach: float  # [m] passive bodies near paths that lead farther away from the robot may be left out
     robot_rounding: float  # [m]

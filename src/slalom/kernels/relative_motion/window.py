@@ -64,9 +64,8 @@ def pieces_within(
 ) -> tuple[Pieces, Array, Indices]:
     """The pieces of the bodies `some` (b,) from `start` [s] to `until` (b,) [s] after it, with times from `start` on.
 
-    With their `piece_balls` (m, 4) [m], from those of all pieces (n, 4), and their heads. Body k of the table has the
-    rows first[k] to first[k + 1], whose radius does not grow. Heads are the rows with which bodies begin that exist at
-    `start`.
+    With their `piece_balls` (m, 4) [m], from those of all pieces (n, 4), and the first row of each body (b + 1,). Body
+    k of the table has the rows first[k] to first[k + 1], whose radius does not grow.
     """
     times, turning, d = pieces.times, len(pieces.turns) > 0, pieces.points.shape[2]
     count, kept = len(some), 0
@@ -83,8 +82,9 @@ def pieces_within(
         np.empty((kept if turning else 0, 4, 2)),
         np.empty(kept, np.int64),
     )
-    heads, k, n, found_balls = np.empty(count, np.int64), 0, 0, np.empty((kept, 4))
+    found_first, k, found_balls = np.zeros(count + 1, np.int64), 0, np.empty((kept, 4))
     for b in range(count):
+        found_first[b + 1] = found_first[b] + rows[b, 1] - rows[b, 0]
         for s in range(rows[b, 0], rows[b, 1]):
             begin, end = max(times[s, 0], start), min(times[s, 1], start + until[b])
             width = times[s, 1] - times[s, 0]
@@ -99,11 +99,8 @@ def pieces_within(
             else:
                 for axis in range(4):
                     found_balls[k, axis] = balls[s, axis]
-            if s == rows[b, 0] and begin == start:
-                heads[n] = k
-                n += 1
             k += 1
-    return found, found_balls, heads[:n].copy()
+    return found, found_balls, found_first
 
 
 @kernel
