@@ -142,6 +142,21 @@ def test_with_published_manoeuvres_the_first_priority_decides_first() -> None:
         assert off_line(path)[low] > 2.0 * off_line(path)[high]
 
 
+@pytest.mark.parametrize("name", ["nao", "nao_shared"])
+def test_the_margin_from_obstacles_is_that_which_was_given(name: str) -> None:
+    """Between robots that only observe each other it is larger, here by 0.16 m; from walls it is not."""
+    walls = [Obstacle(Rectangle(1.0, 3.0), Stationary((0.0, y))) for y in (1.9, -1.9)]
+    fleet = Fleet(METHODS[name], Disc(0.3), Limits(1.5, 8.0), robots=1, margin=0.05, obstacles=walls)
+    places, velocities, least = np.array([(-2.0, 0.02)]), np.zeros((1, 2)), np.inf
+    for k in range(80):
+        step = fleet.step(0.1 * k, places, velocities, [(2.0, 0.0)])
+        places, velocities = step.positions, step.velocities
+        if abs(places[0, 0]) < 0.5:
+            least = min(least, 0.1 - abs(places[0, 1]))
+    assert np.linalg.norm(places - (2.0, 0.0)) < 0.2
+    assert least > 0.05 - 1e-6
+
+
 def test_each_robot_keeps_its_own_margin() -> None:
     wall = Obstacle(Rectangle(8.0, 0.2), Stationary((0.0, 0.0)), "wall")
     starts = np.array([(-8.0, 0.5), (-8.0, -0.5)])

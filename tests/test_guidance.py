@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from draws import draws
 
-from slalom import METHODS, Disc, Goal, Limits, Obstacle, Polyline, State, Stationary
+from slalom import METHODS, Disc, Fleet, Goal, Limits, Obstacle, Polyline, State, Stationary
 from slalom.kernels.guidance.grid_astar import (
     cell_costs,
     farthest_in_sight,
@@ -99,7 +99,10 @@ class TestPaths:
     def test_robots_that_have_arrived_and_walls_are_gone_around(self):
         clearance = np.full((41, 41), np.inf)
         clearance[20, 10:] = 0.0
-        grid, positions = Grid(np.zeros(2), 0.1, clearance), np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)])
+        grid, positions = (
+            Grid(np.zeros(2), 0.1, clearance, clearance + 0.07),
+            np.array([(1.0, 1.0, 0.0), (2.7, 3.0, 0.0)]),
+        )
         radii, parked = np.array([0.2, 0.3]), np.array([1])
         cost = cell_costs(grid, 0.2, positions, radii, parked)
         assert cost[20, 30] == WALL_COST
@@ -112,6 +115,28 @@ class TestPaths:
         farthest_in_sight(grid, cost, positions[0], goal, new_path_search(cost), corner)
         assert line_of_sight(cost, 10.0, 30.0, corner[0] / 0.1, corner[1] / 0.1)
         assert corner[1] < 1.25
+
+    @pytest.mark.parametrize("seed", range(12))
+    def test_passages_that_are_too_narrow_are_closed(self, seed):
+        """Cells are two thirds of a robot wide; a passage counts by its own width, at any place and angle.
+
+        Beside it, 4 m away, is a wide one.
+        """
+        rng = np.random.default_rng(seed)
+        angle, free = rng.uniform(0.0, 2.0 * np.pi), 0.45 + rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-2.3, -1.0)
+        turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
+        corners = [((0.0, free + 0.05), (0.0, 6.0)), ((0.0, -free - 0.05), (0.0, -3.0)), ((0.0, -5.0), (0.0, -9.0))]
+        walls = [Obstacle(Polyline(np.array(each) @ turn.T, 0.05), Stationary((0.0, 0.0))) for each in corners]
+        one = Fleet(METHODS["nao"], Disc(0.4), Limits(1.5, 2.0), robots=1, obstacles=walls, guided=True)
+        places, velocities = (turn @ rng.uniform((-3.0, -1.0), (-2.0, 1.0)))[None], np.zeros((1, 2))
+        goal, passed, k = turn @ (3.0, 0.3), np.nan, 0
+        while np.linalg.norm(places - goal) > 0.2 and k < 150:
+            step = one.step(0.1 * k, places, velocities, goal[None])
+            (before, _), (after, across) = places[0] @ turn, step.positions[0] @ turn
+            passed = across if before < 0.0 <= after else passed
+            places, velocities, k = step.positions, step.velocities, k + 1
+        assert k < 150
+        assert (abs(passed) < 0.5) == (free > 0.45)
 
     def test_a_robot_finds_its_way_out_of_a_trap(self):
         """A U of walls between it and its goal."""

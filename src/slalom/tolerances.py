@@ -663,9 +663,9 @@ A robot whose own cell counts as occupied still gets a path. Smaller: on large g
 """
 
 HALF_DIAGONAL: Final = 0.7
-"""[cell] Half the diagonal of a cell, rounded down: with so much less clearance than the radius a cell is occupied.
+"""[cell] Half the diagonal of a cell, rounded down: within it the clearance is hardly larger by more.
 
-Larger: paths through passages that are too narrow. Smaller: passages just wide enough count as closed.
+Larger: paths through cells along walls that are occupied. Smaller: ways just wide enough along a wall count as closed.
 """
 
 LONGEST_MOVE: Final = 5.0**0.5

@@ -77,7 +77,8 @@ class PolicyTables:
         # Nothing is known of the limits of others: they are taken to be as fast as any.
         robots.each["skeleton"][1:], robots.each["max_speed"][1:] = self._skeletons.kind[-1], np.inf
         own = robots.each[:1]
-        own["margin"], own["rounding"] = self._margin, self._skeletons.rounding[0]
+        own["margin"], own["margin_among"] = robot.margin, self._margin
+        own["rounding"] = self._skeletons.rounding[0]
         own["radius"], own["braking"] = robot.robot.bounding_radius, limits.braking
         own["max_acceleration"] = limits.max_acceleration
         return robots

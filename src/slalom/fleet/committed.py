@@ -151,7 +151,8 @@ class CommittedFleet:
         each["braking"] = [limits.braking for limits in robots.limits]
         each["priority"], each["world"] = robots.priorities, robots.worlds
         most, time = max(each.max_acceleration for each in robots.limits), self.period + delay
-        each["margin"] = [
+        each["margin"] = robots.margins
+        each["margin_among"] = [
             margin_among(method, margin, most, time, noise)
             for method, margin in zip(robots.methods, robots.margins.tolist())
         ]
@@ -267,7 +268,7 @@ class CommittedFleet:
             passive = [*self.images.met(table, k, passive, method.forecast, now, d)]
         reach = reaches(each, self.horizon)
         away = np.linalg.norm(each["position"] - each["position"][k], axis=1)
-        met = each["present"] & (each["world"] == world) & (away <= reach + reach[k] + each["margin"][k])
+        met = each["present"] & (each["world"] == world) & (away <= reach + reach[k] + each["margin_among"][k])
         others = []
         for j in np.flatnonzero(met):
             if number[j] != k:
@@ -285,7 +286,7 @@ class CommittedFleet:
             self.members.limits[k],
             period=self.period,
             horizon=self.horizon,
-            margin=float(each["margin"][k]),
+            margin=float(each["margin_among"][k]),
             holds=self.holds,
             patience=self.patience,
             detours=self.detours,

@@ -1,7 +1,7 @@
 """Guidance of robots that share the plane: waypoints, traffic circles, priority inheritance."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import shapely
@@ -22,6 +22,7 @@ from slalom.tolerances import (
     GRID_CELL,
     GRID_CELLS,
     GUIDED_ROBOTS_PER_THREAD,
+    HALF_DIAGONAL,
     PARKED_SPEED,
     SEARCHES_PER_THREAD,
     WAYPOINT_INTERVAL,
@@ -29,6 +30,9 @@ from slalom.tolerances import (
 
 if TYPE_CHECKING:
     from slalom.fleet.committed import CommittedFleet
+
+Outlines: TypeAlias = list[tuple[shapely.Geometry, float]]
+"""Outlines and the radius [m] by which each is rounded."""
 
 
 class Guidance:
@@ -64,7 +68,7 @@ class Guidance:
         self._world_period, self._updates, self._reach = world_period, 0, np.full((2, 2), np.nan)
         parts = [part for obstacle in obstacles if obstacle.at_rest for part in outline_parts(obstacle, start)]
         self._outlines = [(_outline(part.corners), part.radius) for part in parts]
-        self.grid = Grid(np.zeros(2), 1.0, np.full((1, 1), np.inf))
+        self.grid = Grid(np.zeros(2), 1.0, np.full((1, 1), np.inf), np.full((1, 1), np.inf))
         self.guide = GuidanceState(
             position=np.zeros((n, 3)),
             velocity=np.zeros((n, 3)),
@@ -165,24 +169,49 @@ class Guidance:
             ]
         width = max(GRID_CELL * float(guide.radius.min()), float((high - low).max()) / GRID_CELLS)
         counts = np.ceil((high - low) / width).astype(int) + 1
-        return Grid(low, width, _clearance(outlines, low, width, tuple(counts))), np.array([low, high])
+        clearance = _clearance(outlines, np.moveaxis(np.indices(counts), 0, -1) * width + low)
+        across = _across(outlines, clearance, low, width, float(guide.radius.max()) + self.margin)
+        return Grid(low, width, clearance, across), np.array([low, high])
 
 
-def _clearance(
-    outlines: list[tuple[shapely.Geometry, float]], low: Array, width: float, counts: tuple[int, ...]
-) -> Array:
-    """The least distance (nx, ny) [m] of the centres of cells, see `Grid`, to rounded outlines; inf without any."""
-    clearance = np.full(counts, np.inf)
+def _clearance(outlines: Outlines, places: Array) -> Array:
+    """The least distance (...) [m] of places (..., 2) [m] to rounded outlines; inf without any."""
+    clearance = np.full(places.shape[:-1], np.inf)
     if not outlines:
         # Points take long to make and serve nothing where no obstacle rests.
         return clearance
-    cells = shapely.points(np.moveaxis(np.indices(counts), 0, -1) * width + low).ravel()
+    points = shapely.points(places).ravel()
     radii = np.array([radius for _, radius in outlines])
     for radius in np.unique(radii):
         tree = shapely.STRtree([outline for outline, own in outlines if own == radius])
-        _, distance = tree.query_nearest(cells, return_distance=True, all_matches=False)
-        clearance = np.minimum(clearance, distance.reshape(counts) - radius)
+        _, distance = tree.query_nearest(points, return_distance=True, all_matches=False)
+        clearance = np.minimum(clearance, distance.reshape(clearance.shape) - radius)
     return clearance
+
+
+def _across(outlines: Outlines, clearance: Array, low: Array, width: float, most: float) -> Array:
+    """An upper bound (nx, ny) [m] of the clearance on ways across each cell, from that at its centre.
+
+    Clearance grows by at most 1 m per metre, so half a diagonal more is a bound. Between two walls it is much too high.
+    All ways between them cross the shortest line that joins them, with half its length as the largest clearance. That
+    bound holds in the cells on the line. Lines for which it is `most` [m] or more close no passage, and are left out.
+    """
+    found = clearance + HALF_DIAGONAL * width
+    if not outlines:
+        return found
+    shapes, radii = np.array([outline for outline, _ in outlines]), np.array([radius for _, radius in outlines])
+    near = shapely.STRtree(shapes).query(shapes, "dwithin", 2.0 * (most + float(radii.max())))
+    one, other = near[:, near[0] < near[1]]
+    ends = shapely.get_coordinates(shapely.shortest_line(shapes[one], shapes[other])).reshape(-1, 2, 2)
+    half = 0.5 * (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - radii[one] - radii[other])
+    for (begin, end), largest in zip((ends[half < most] - low) / width, half[half < most].tolist()):
+        # From one cell of the line to the next along an axis: no diagonal move crosses it in between.
+        cells = np.rint(np.linspace(begin, end, int(2.0 * np.abs(end - begin).max()) + 2)).astype(int)
+        cells = np.concatenate([cells, np.stack([cells[:-1, 0], cells[1:, 1]], axis=1)])
+        cells = cells[((cells >= 0) & (cells < found.shape)).all(axis=1)]
+        rows = tuple(cells.T)
+        found[rows] = np.minimum(found[rows], largest)
+    return found
 
 
 def guidance_of(fleet: "CommittedFleet") -> Guidance:

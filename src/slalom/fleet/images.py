@@ -38,7 +38,7 @@ class Images:
         whole, targets, d = fleet.table, fleet.targets, fleet.dimension
         home = to_nearest(whole.each["position"], self.period)
         positions = whole.each["position"] + home
-        distances = reaches(whole.each, self.horizon) + whole.each["margin"]
+        distances = reaches(whole.each, self.horizon) + whole.each["margin_among"]
         robots, shifts = images_near(positions[:, :d], distances, some, self.period)
         rows, by = np.concatenate([np.arange(len(home)), robots]), np.concatenate([home, home[robots]])
         by[len(home) :, :d] += shifts

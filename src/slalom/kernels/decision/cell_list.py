@@ -60,7 +60,7 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
         if not robot.present:
             continue
         size, speed = max(size, robot.radius), max(speed, robot.max_speed)
-        worlds, margin = max(worlds, robot.world + 1), max(margin, robot.margin)
+        worlds, margin = max(worlds, robot.world + 1), max(margin, robot.margin_among)
         for axis in range(d):
             low[axis] = min(low[axis], robot.position[axis])
             high[axis] = max(high[axis], robot.position[axis])
@@ -140,7 +140,7 @@ def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: Decis
 def is_in_reach(robot: Robot, other: Robot, settings: DecisionSettings) -> bool:
     """Whether two robots can meet within the horizon, both straight at max speed."""
     speeds, square = robot.max_speed + other.max_speed, 0.0
-    reach = speeds * settings.horizon + robot.radius + other.radius + robot.margin
+    reach = speeds * settings.horizon + robot.radius + other.radius + robot.margin_among
     for axis in range(settings.dimension):
         square += squared(other.position[axis] - robot.position[axis])
     return bool(square <= reach * reach)

@@ -69,7 +69,7 @@ def add_robots(
     robot, observed, d, now = robots.each[i], robots.observed, settings.dimension, settings.now
     position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
     side = np.zeros(d)
-    turning, margin = len(pieces.turns) > 0, robot.margin
+    turning, margin = len(pieces.turns) > 0, robot.margin_among
     for k in near:
         other = robots.each[k]
         state_on_path(observed, k, now, position, velocity)

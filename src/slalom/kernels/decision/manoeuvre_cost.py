@@ -107,7 +107,7 @@ def manoeuvre_cost(
         target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
         for k in near:
-            radius, end = robot.radius + robots.each[k].radius + robot.margin, robots.each[k].end_position
+            end, radius = robots.each[k].end_position, robot.radius + robots.each[k].radius + robot.margin_among
             if may_block(position, goal, end[0], end[1], radius):
                 longer += detour_length(position, goal, end[0], end[1], radius)
         for e in range(len(bodies.at_horizon)):

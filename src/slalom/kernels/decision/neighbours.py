@@ -121,7 +121,7 @@ def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, ro
     # Without slices and calls: this runs for every robot that is near.
     for k in near:
         other = robots.each[k]
-        touch = robot.radius + other.radius + robot.margin
+        touch = robot.radius + other.radius + robot.margin_among
         for w in range(BALL_WINDOWS - 1, -1, -1):
             theirs = other.ball_centers[w]
             x, y, z = centers[w, 0] - theirs[0], centers[w, 1] - theirs[1], centers[w, 2] - theirs[2]

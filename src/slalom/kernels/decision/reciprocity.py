@@ -34,7 +34,7 @@ def agreed_side(robot: Robot, other: Robot, position: Array, velocity: Array, ro
         square += away * away
         along += away * relative
         fast += relative * relative
-    size, aside = robot.radius + other.radius + robot.margin, 0.0
+    size, aside = robot.radius + other.radius + robot.margin_among, 0.0
     if along <= 0.0 or square <= 0.0 or square - along * along / fast >= size * size:
         return 0.0
     for axis in range(d):

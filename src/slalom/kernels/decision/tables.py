@@ -67,7 +67,8 @@ class Robot:
     skeleton: int  # kind of skeleton
     rounding: float  # [m] by which the skeleton is rounded
     radius: float  # [m] of the bounding ball about the position
-    margin: float  # [m] to keep from all bodies
+    margin: float  # [m] to keep from passive bodies
+    margin_among: float  # [m] to keep from other robots
     priority: float  # > 0: of two robots that share the avoidance, the one with more does less of it
     world: int  # number of the world: robots meet only robots and bodies of their own
     max_speed: float  # [m/s]
