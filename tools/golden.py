@@ -5,24 +5,21 @@
 
 A digest covers arrays, outcomes and the numeric parameters of responses, never the name of a class, field or module.
 
-Sums of numpy and BLAS have other last bits on other processors. The runs therefore take place in processes in which
-both use what every x86-64 processor of the last fifteen years has.
+The runs take place in the processes of `portable.py`: their bits are the same on other processors.
 """
 
 import argparse
 import hashlib
 import json
-import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import portable
 
 import slalom
 from slalom.io.tracks import sample_data
@@ -34,11 +31,6 @@ from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 ROOT = Path(__file__).parents[1]
 FILE = Path(__file__).with_name("golden.json")
 Found = dict[str, str]
-ARITHMETIC = {
-    "OPENBLAS_CORETYPE": "Nehalem",
-    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
-}
-"""The environment of the processes that make the runs."""
 
 
 def digest(*parts: Any) -> str:
@@ -459,9 +451,8 @@ def all_digests(processes: int) -> Found:
     jobs += [(clearest_and_many, ()), (bounded_decisions, ()), (several_futures, ()), (deviating_decisions, ())]
     jobs += [(vehicles, ()), (studies, ())]
     found: Found = {}
-    os.environ.update(ARITHMETIC)
     seen: Counter[str] = Counter()
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    with portable.processes(processes) as pool:
         for digests, outcomes in pool.map(one, jobs):
             found.update(digests)
             seen.update(outcomes)

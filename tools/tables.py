@@ -6,7 +6,8 @@
 
 The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study; other
 tables are between two comments that name them. `tests/test_tables.py` compares every table with its runs, and makes
-two runs of its rows again.
+two runs of its rows again. Runs take place in the processes of `portable.py`: their bits are the same on other
+processors.
 """
 
 import argparse
@@ -19,6 +20,8 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
+
+import portable
 
 from slalom.cli.report import page_text
 from slalom.peers import contender
@@ -257,10 +260,11 @@ def kept(table: Table | StudyPage) -> list[Run]:
         return list(csv.DictReader(file))
 
 
-def again(row: Row, method: str, seed: int, fields: Sequence[str] = FIELDS) -> Run:
-    """The line of a run, made now."""
-    assert isinstance(row.scenario, str)
-    return line(scenario_text(row), method, seed, run_one(row.scenario, row.settings, method, seed), fields)
+def again(row: Row, method: str, seeds: Iterable[int], fields: Sequence[str] = FIELDS) -> list[Run]:
+    """The lines of runs, made now."""
+    with portable.processes(1) as pool:
+        made = [(seed, pool.submit(run_one, row.scenario, row.settings, method, seed)) for seed in seeds]
+        return [line(scenario_text(row), method, seed, run.result(), fields) for seed, run in made]
 
 
 def rendered(table: Table, runs: Iterable[Run]) -> str:
@@ -304,7 +308,10 @@ def main(tokens: Sequence[str] | None = None) -> int:
     parser.add_argument("--data", type=Path, help="folder of the test cases of other projects")
     parser.add_argument("--merge", action="store_true", help="make no run; take the rows that are in the store")
     parser.add_argument("--jobs", type=int, default=1)
-    given = parser.parse_args(tokens)
+    words = sys.argv[1:] if tokens is None else list(tokens)
+    given = parser.parse_args(words)
+    if given.make and not portable.is_set():
+        return portable.run(Path(__file__), words)
     for table in every:
         if table.name in given.make:
             chosen = replace(table, data=given.data) if isinstance(table, StudyPage) else table
