@@ -170,8 +170,8 @@ class Guidance:
         width = max(GRID_CELL * float(guide.radius.min()), float((high - low).max()) / GRID_CELLS)
         counts = np.ceil((high - low) / width).astype(int) + 1
         clearance = _clearance(outlines, np.moveaxis(np.indices(counts), 0, -1) * width + low)
-        across = _across(outlines, clearance, low, width, float(guide.radius.max()) + self.margin)
-        return Grid(low, width, clearance, across), np.array([low, high])
+        passage = _passage(outlines, clearance, low, width, float(guide.radius.max()) + self.margin)
+        return Grid(low, width, clearance, passage), np.array([low, high])
 
 
 def _clearance(outlines: Outlines, places: Array) -> Array:
@@ -189,7 +189,7 @@ def _clearance(outlines: Outlines, places: Array) -> Array:
     return clearance
 
 
-def _across(outlines: Outlines, clearance: Array, low: Array, width: float, most: float) -> Array:
+def _passage(outlines: Outlines, clearance: Array, low: Array, width: float, most: float) -> Array:
     """An upper bound (nx, ny) [m] of the clearance on ways across each cell, from that at its centre.
 
     Clearance grows by at most 1 m per metre, so half a diagonal more is a bound. Between two walls it is much too high.

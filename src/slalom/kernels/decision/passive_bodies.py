@@ -6,7 +6,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls
 from slalom.kernels.decision.neighbours import farthest_distance
-from slalom.kernels.decision.tables import EVERY_WORLD, EncounterTables, ObstaclePieces
+from slalom.kernels.decision.tables import EVERY_WORLD, EncounterTables, ObstaclePieces, Robot
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
@@ -65,6 +65,19 @@ def is_near(ball: Array, position: Array, distance: float) -> bool:
     return bool(reach >= 0.0 and square <= reach * reach)
 
 
+@inlined
+def may_come_near(
+    ball: Array, begin: float, end: float, grown: float, robot: Robot, horizon: float, centers: Array, radii: Array
+) -> bool:
+    """Whether a piece from `begin` to `end` [s], with a ball (4,) [m], larger by `grown` [m], comes near a robot.
+
+    Within the horizon [s], where `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion; or now.
+    """
+    return meets_balls(ball, grown, begin, end, horizon, centers, radii) or (
+        begin <= 0.0 and is_near(ball, robot.position, grown + CONTACT_SLACK)
+    )
+
+
 @kernel
 def passive_in_reach(i: int, error: float, centers: Array, radii: Array, scene: EncounterTables) -> PassiveRows:
     """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
@@ -87,9 +100,7 @@ def passive_in_reach(i: int, error: float, centers: Array, radii: Array, scene: 
         first, last = rows_within(times, bodies.first_piece[k], bodies.first_piece[k + 1], now, now + until)
         for s in range(first, last):
             begin, end = times[s, 0] - now, times[s, 1] - now
-            if meets_balls(bodies.balls[s], grown, begin, end, horizon, centers, radii) or (
-                begin <= 0.0 and is_near(bodies.balls[s], robot.position, grown + CONTACT_SLACK)
-            ):
+            if may_come_near(bodies.balls[s], begin, end, grown, robot, horizon, centers, radii):
                 row[count], number[count] = s, b
                 count += 1
         if count > known:
@@ -112,7 +123,7 @@ def add_passive(
 
     The others are out of reach of robot i once they are cut, see `passive_in_reach`. Radii are those of the pieces.
     """
-    robot, bodies, pieces = scene.robots.each[i], scene.bodies, rows.pieces
+    robot, bodies, pieces, horizon = scene.robots.each[i], scene.bodies, rows.pieces, scene.settings.horizon
     fixed, turning, count, now = bodies.pieces, len(rows.pieces.turns) > 0, 0, scene.bodies.now
     more = robot.rounding - bodies.robot_rounding + robot.margin + error
     for k in range(len(passive.row)):
@@ -132,9 +143,7 @@ def add_passive(
             ball[axis] = bodies.balls[s, axis]
         if (share > 0.0 or last < 1.0) and ball[3] < np.inf:
             put_ball(pieces, count, ball)
-            if not meets_balls(ball, grown, begin - now, end - now, scene.settings.horizon, centers, radii) and not (
-                begin == now and is_near(ball, robot.position, grown + CONTACT_SLACK)
-            ):
+            if not may_come_near(ball, begin - now, end - now, grown, robot, horizon, centers, radii):
                 continue
         count += 1
     return count
@@ -209,7 +218,7 @@ def add_margin(
 
 @kernel
 def heads_nearby(i: int, radius: Array, count: int, rows: ObstaclePieces, scene: EncounterTables) -> Indices:
-    """The first `count` rows without those to which robot i is surely not nearer than the margin now.
+    """Of the first `count` rows, those that hold the time now and to which robot i may be nearer than the margin.
 
     They are of bodies with radii (b,) [m].
     """

@@ -61,14 +61,14 @@ def free_length(a: int, b: int, c: int, d: int) -> float:
 
 
 @kernel
-def wall_cost(clearance: float, across: float, radius: float) -> float:
+def wall_cost(clearance: float, passage: float, radius: float) -> float:
     """Cost [1] of a cell, per length, from the clearance [m] to walls at its centre; 1 where it is free.
 
-    across: [m] an upper bound of that on ways across it. radius: of the robot, margin included [m].
+    passage: [m] an upper bound of that on ways across it. radius: of the robot, margin included [m].
     """
     cost = 1.0
     if clearance < radius:
-        cost = WALL_COST if across < radius else NARROW_COST
+        cost = WALL_COST if passage < radius else NARROW_COST
     return cost
 
 
@@ -79,7 +79,7 @@ def wall_costs(grid: Grid, radius: float) -> Array:
     cost = np.empty((nx, ny))
     for a in range(nx):
         for b in range(ny):
-            cost[a, b] = wall_cost(grid.clearance[a, b], grid.across[a, b], radius)
+            cost[a, b] = wall_cost(grid.clearance[a, b], grid.passage[a, b], radius)
     return cost
 
 
@@ -212,7 +212,7 @@ def goal_in_sight(
     for n in range(steps + 1):
         x, y = x0 + (x1 - x0) * n / steps, y0 + (y1 - y0) * n / steps
         a, b = nearest_cell(grid.clearance.shape, x, y)
-        cost = wall_cost(grid.clearance[a, b], grid.across[a, b], radius)
+        cost = wall_cost(grid.clearance[a, b], grid.passage[a, b], radius)
         for m in range(count):
             k = near[m]
             px, py = cell_coordinates(grid, positions[k, 0], positions[k, 1])

@@ -37,7 +37,7 @@ class Grid(NamedTuple):
     origin: Array  # (2,) [m]
     width: float  # [m]
     clearance: Array  # (nx, ny) [m]; inf without obstacles
-    across: Array  # (nx, ny) [m] an upper bound of the clearance on ways across each cell
+    passage: Array  # (nx, ny) [m] an upper bound of the clearance on ways across each cell
 
 
 class PathSearch(NamedTuple):
