@@ -16,7 +16,7 @@ from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, 
 from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours
 from slalom.kernels.decision.paths import state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import relative_motion
-from slalom.kernels.decision.tables import Controls, DecisionSettings, EncounterTables, ObstaclePieces, Paths
+from slalom.kernels.decision.tables import Controls, DecisionSettings, ObstaclePieces, Paths
 from slalom.kernels.geometry.cubic import new_stack, value
 from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.kernels.selection.admissible import nearest_admissible
@@ -83,7 +83,6 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
     some, tables = last_decision(name, scenario, parameters)
     robots, responses, terms = tables.robots, tables.responses, tables.settings
     d, scratch = terms.dimension, new_scratch(robots.committed.points.shape[1], terms.dimension)
-    scene = EncounterTables(robots, tables.bodies, terms)
     cells, found, free = kernels.build_cell_list(some, robots, responses, terms), 0, 0
     kinds = robots.each["kind"]
     centers, radii, each = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), np.empty(len(robots.each), np.int64)
@@ -91,7 +90,7 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
         near = each[: robots_in_reach(i, cells, robots, terms, each)]
         reachable_balls(i, robots, responses, terms, centers, radii)
         met = reachable_neighbours(i, near, centers, radii, robots)
-        rows, overlaps = obstacle_pieces(i, met, 0.0, centers, radii, terms.agrees, scene)
+        rows, overlaps = obstacle_pieces(i, met, 0.0, centers, radii, terms.agrees, tables)
         assert not overlaps
         for r in range(responses.kinds[kinds[i]], responses.kinds[kinds[i] + 1]):
             controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))

@@ -4,21 +4,21 @@ It is used with the versions of numba that were tested with it. With others kern
 functions do, which takes half as long again.
 """
 
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import llvmlite.binding as llvm
 import numba
-from numba.core import ir, types
-from numba.core.cgutils import get_null_value
+from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import register_pass
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
+
+from slalom.kernels.by_reference import uncounted
 
 FITS = (0, 61) <= numba.version_info.short <= (0, 68)
 """Whether numba is a version that was tested with these classes: fleets gave the same bits with one of each."""
@@ -77,109 +77,20 @@ def _optimize(module: Any, machine: Any, *, loops: bool) -> None:
     passes.run(module, builder)
 
 
-WHOLE = -1
-"""In place of the number of an element."""
-
-
 class _Lower(Lower):
-    """Arguments are lent: whoever calls holds them until the call returns. So are parts of tuples that are lent.
+    """References to arguments are not counted in a function that returns no array.
 
-    numba adds a reference to each array of each argument when a function begins, and removes it when the function ends,
-    by a call each. It does the same when an array is taken out of a tuple. Of a table of twenty arrays that costs as
-    much as a small kernel does otherwise.
-    """
-
-    _counts, _lent = True, frozenset[str]()
-
-    def extract_function_arguments(self) -> Any:
-        self._lent = self._what_is_lent()
-        return super().extract_function_arguments()  # type: ignore[no-untyped-call]
-
-    def _what_is_lent(self) -> frozenset[str]:
-        """Names of arguments, and of parts of them. One that something else is assigned to as well is counted."""
-        assigned = [one for block in self.blocks.values() for one in block.find_insts(ir.Assign)]
-        times = Counter(one.target.name for one in assigned)
-        lent, known = frozenset[str](), -1
-        while known < len(lent):
-            known = len(lent)
-            lent |= {
-                one.target.name
-                for one in assigned
-                if times[one.target.name] == 1
-                and (isinstance(one.value, ir.Arg) or self._part_of(one, lent) is not None)
-            }
-        return lent
-
-    def _part_of(self, assigned: Any, lent: frozenset[str]) -> int | None:
-        """Which element of a lent tuple is assigned; WHOLE: all that a lent name stands for; None: anything else."""
-        value, ty = assigned.value, self.typeof(assigned.target.name)  # type: ignore[no-untyped-call]
-        source = value if isinstance(value, ir.Var) else getattr(value, "_kws", {}).get("value")
-        if source is None or source.name not in lent:
-            return None
-        owner = self.typeof(source.name)  # type: ignore[no-untyped-call]
-        if value is source or value.op == "exhaust_iter":
-            return WHOLE if ty == owner else None
-        if value.op not in ("getattr", "static_getitem") or not isinstance(owner, types.BaseTuple):
-            return None
-        index = value.index if value.op == "static_getitem" else owner.fields.index(value.attr)  # type: ignore[attr-defined]
-        return index if isinstance(index, int) and index >= 0 and ty == owner[index] else None  # type: ignore[index]
-
-    def lower_assign(self, ty: Any, inst: Any) -> Any:
-        name = inst.target.name
-        if name in self._lent and not isinstance(inst.value, ir.Arg):
-            source = inst.value if isinstance(inst.value, ir.Var) else inst.value.value
-            k, owner = self._part_of(inst, self._lent), self.loadvar(source.name)  # type: ignore[no-untyped-call]
-            return owner if k == WHOLE else self.builder.extract_value(owner, k)
-        self._counts = name not in self._lent
-        try:
-            return super().lower_assign(ty, inst)  # type: ignore[no-untyped-call]
-        finally:
-            self._counts = True
-
-    def incref(self, typ: Any, val: Any) -> None:
-        if self._counts:
-            super().incref(typ, val)  # type: ignore[no-untyped-call]
-
-    def decref(self, typ: Any, val: Any) -> None:
-        if self._counts:
-            super().decref(typ, val)  # type: ignore[no-untyped-call]
-
-    def storevar(self, value: Any, name: str, argidx: int | None = None) -> None:
-        # In a loop, the previous value of the name was borrowed too.
-        self._counts = name not in self._lent
-        super().storevar(value, name, argidx)  # type: ignore[no-untyped-call]
-        self._counts = True
-
-    def delvar(self, name: str) -> None:
-        if name not in self._lent:
-            super().delvar(name)  # type: ignore[no-untyped-call]
-
-
-class _EntryLower(_Lower):
-    """Lowering of functions that Python calls: if no array is returned, parts do not count references to arguments.
-
-    Python holds the arguments, and nothing that is found from them outlives the call. A reference costs as much as ten
-    additions, since threads may count at the same time.
+    Its caller holds the arguments, and nothing that is found from them outlives the call. numba counts a reference to
+    each array of each argument when a function begins, and removes it at the end.
     """
 
     def extract_function_arguments(self) -> Any:
-        given = super().extract_function_arguments()
+        given = super().extract_function_arguments()  # type: ignore[no-untyped-call]
         if _has_no_array(self.fndesc.restype):
-            given = [self._uncounted(ty, value) for ty, value in zip(self.fndesc.argtypes, given)]
+            types_of = self.fndesc.argtypes
+            given = [uncounted(self.context, self.builder, ty, value) for ty, value in zip(types_of, given)]
         self.fnargs = given
         return given
-
-    def _uncounted(self, ty: Any, value: Any) -> Any:
-        """The value, all arrays in it without the counter of references that belongs to them."""
-        if isinstance(ty, types.Array):
-            array = self.context.make_array(ty)(self.context, self.builder, value=value)
-            array.meminfo = get_null_value(array.meminfo.type)  # type: ignore[no-untyped-call]
-            return array._getvalue()
-        if isinstance(ty, types.BaseTuple):
-            for k, one in enumerate(ty):  # type: ignore[arg-type, var-annotated]
-                part = self._uncounted(one, self.builder.extract_value(value, k))
-                value = self.builder.insert_value(value, part, k)
-        return value
 
 
 def _has_no_array(ty: Any) -> bool:
@@ -190,24 +101,17 @@ def _has_no_array(ty: Any) -> bool:
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[no-untyped-call]
-class _EntryLowering(NativeLowering):
-    _name, lowering_class = "lowering_of_entries", _EntryLower
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[no-untyped-call]
-class _PartLowering(NativeLowering):
-    _name, lowering_class = "lowering_of_parts", _Lower
+class _Lowering(NativeLowering):
+    _name, lowering_class = "lowering_without_counts", _Lower
 
 
 class VectorCompiler(Compiler):
-    """numba's compiler, but for what counts the references to arguments."""
-
-    lowering: type[NativeLowering] = _EntryLowering
+    """numba's compiler, but for the counts of references to arguments."""
 
     def define_pipelines(self) -> Any:
         pipelines = super().define_pipelines()  # type: ignore[no-untyped-call]
         for pipeline in pipelines:
-            pipeline.passes = [(self.lowering if one is NativeLowering else one, why) for one, why in pipeline.passes]
+            pipeline.passes = [(_Lowering if one is NativeLowering else one, why) for one, why in pipeline.passes]
             pipeline._finalized = False
             pipeline.finalize()
         return pipelines
@@ -226,7 +130,6 @@ class EntryCompiler(VectorCompiler):
 class PartCompiler(VectorCompiler):
     """Compiler of parts, see `PartLibrary`."""
 
-    lowering: type[NativeLowering] = _PartLowering
     kept_as: type[PartLibrary] = PartLibrary
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:

@@ -7,6 +7,7 @@ after all before it that it could meet.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.neighbours import farthest_distance, reachable_balls
 from slalom.kernels.decision.paths import continue_from_state, predict
 from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, Robot, RobotTable
@@ -24,6 +25,7 @@ def build_cell_list(
 
     Their committed paths begin where they are, see `continue_from_state`.
     """
+    robots, responses, settings = by_reference(robots), by_reference(responses), by_reference(settings)
     position, velocity = np.empty(settings.dimension), np.empty(settings.dimension)
     for i in order:
         continue_from_state(i, robots, settings, position, velocity)

@@ -6,7 +6,7 @@ from slalom.kernels.arrays import Array, Indices, Pieces
 from slalom.kernels.decision.passive_bodies import add_passive, grow_passive, hulls_of_bodies, passive_in_reach
 from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.reciprocity import agreed_side, share_of
-from slalom.kernels.decision.tables import MET_BODY, EncounterTables, MetBody, ObstaclePieces
+from slalom.kernels.decision.tables import MET_BODY, DecisionTables, MetBody, ObstaclePieces
 from slalom.kernels.geometry.cubic import restrict
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
@@ -27,16 +27,16 @@ def new_bodies(count: int) -> Records[MetBody]:
 
 @kernel
 def obstacle_pieces(
-    i: int, near: Indices, error: float, centers: Array, radii: Array, agrees: bool, scene: EncounterTables
+    i: int, near: Indices, error: float, centers: Array, radii: Array, agrees: bool, tables: DecisionTables
 ) -> tuple[ObstaclePieces, bool]:
     """The pieces of passive bodies and of the robots `near` (m,) that robot i may meet; whether it overlaps one now.
 
     Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near. Bodies are
     larger by `error` [m], that of the robot's own pieces. If the robot `agrees` on sides, see `agreed_side`.
     """
-    robots, bodies = scene.robots, scene.bodies
-    d, q = scene.settings.dimension, robots.observed.points.shape[1]
-    passive = passive_in_reach(i, error, centers, radii, scene)
+    robots, bodies = tables.robots, tables.bodies
+    d, q = tables.settings.dimension, robots.observed.points.shape[1]
+    passive = passive_in_reach(i, error, centers, radii, tables)
     total = len(passive.body)
     for k in near:
         skeleton = robots.each[k].skeleton
@@ -49,9 +49,9 @@ def obstacle_pieces(
     rows = ObstaclePieces(pieces, np.zeros((n, 2)), balls, met, hull)
     s, overlaps_passive = 0, False
     if len(passive.row):
-        s = add_passive(i, passive, error, centers, radii, rows, scene)
-        overlaps_passive = grow_passive(i, passive.body, s, error, rows, scene)
-    overlaps_robot, s = add_robots(i, near, len(passive.body), s, error, agrees, rows, scene)
+        s = add_passive(i, passive, error, centers, radii, rows, tables)
+        overlaps_passive = grow_passive(i, passive.body, s, error, rows, tables)
+    overlaps_robot, s = add_robots(i, near, len(passive.body), s, error, agrees, rows, tables)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
     found = ObstaclePieces(used, rows.margin[:s], rows.balls[:s], met, hull)
     return found, overlaps_passive or overlaps_robot
@@ -59,13 +59,13 @@ def obstacle_pieces(
 
 @inlined
 def add_robots(
-    i: int, near: Indices, body: int, s: int, error: float, agrees: bool, rows: ObstaclePieces, scene: EncounterTables
+    i: int, near: Indices, body: int, s: int, error: float, agrees: bool, rows: ObstaclePieces, tables: DecisionTables
 ) -> tuple[bool, int]:
     """Write the bodies of the robots `near` (m,) on their observed paths, grown by robot i and the margin.
 
     The first is number `body` and begins at row s. Returns whether robot i overlaps one, and the next free row.
     """
-    robots, bodies, settings, pieces = scene.robots, scene.bodies, scene.settings, rows.pieces
+    robots, bodies, settings, pieces = tables.robots, tables.bodies, tables.settings, rows.pieces
     robot, observed, d, now = robots.each[i], robots.observed, settings.dimension, settings.now
     position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
     side = np.zeros(d)

@@ -6,7 +6,7 @@ import numpy as np
 
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls
 from slalom.kernels.decision.neighbours import farthest_distance
-from slalom.kernels.decision.tables import EVERY_WORLD, EncounterTables, ObstaclePieces, Robot
+from slalom.kernels.decision.tables import EVERY_WORLD, DecisionTables, ObstaclePieces, Robot
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel
@@ -79,13 +79,13 @@ def may_come_near(
 
 
 @kernel
-def passive_in_reach(i: int, error: float, centers: Array, radii: Array, scene: EncounterTables) -> PassiveRows:
+def passive_in_reach(i: int, error: float, centers: Array, radii: Array, tables: DecisionTables) -> PassiveRows:
     """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
 
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon. What is within the margin
     now is among the rows too.
     """
-    robot, bodies, now, horizon = scene.robots.each[i], scene.bodies, scene.bodies.now, scene.settings.horizon
+    robot, bodies, now, horizon = tables.robots.each[i], tables.bodies, tables.bodies.now, tables.settings.horizon
     times, count, b = bodies.pieces.times, 0, 0
     row, number = np.empty(len(times), np.int64), np.empty(len(times), np.int64)
     body = np.empty(len(bodies.passive), np.int64)
@@ -117,14 +117,14 @@ def add_passive(
     centers: Array,
     radii: Array,
     rows: ObstaclePieces,
-    scene: EncounterTables,
+    tables: DecisionTables,
 ) -> int:
     """Write the passive rows, cut to the time in which they count, into the first; the number of those that stay.
 
     The others are out of reach of robot i once they are cut, see `passive_in_reach`. Radii are those of the pieces.
     """
-    robot, bodies, pieces, horizon = scene.robots.each[i], scene.bodies, rows.pieces, scene.settings.horizon
-    fixed, turning, count, now = bodies.pieces, len(rows.pieces.turns) > 0, 0, scene.bodies.now
+    robot, bodies, pieces, horizon = tables.robots.each[i], tables.bodies, rows.pieces, tables.settings.horizon
+    fixed, turning, count, now = bodies.pieces, len(rows.pieces.turns) > 0, 0, tables.bodies.now
     more = robot.rounding - bodies.robot_rounding + robot.margin + error
     for k in range(len(passive.row)):
         s, b = passive.row[k], passive.number[k]
@@ -151,21 +151,21 @@ def add_passive(
 
 @kernel
 def grow_passive(
-    i: int, numbers: Indices, count: int, error: float, rows: ObstaclePieces, scene: EncounterTables
+    i: int, numbers: Indices, count: int, error: float, rows: ObstaclePieces, tables: DecisionTables
 ) -> bool:
     """Grow the first `count` rows, of passive bodies `numbers` (b,), by robot i and by the margin that it can keep.
 
     Returns whether the robot overlaps one.
     """
-    bodies, pieces = scene.bodies, rows.pieces
-    more = scene.robots.each[i].rounding - bodies.robot_rounding
+    bodies, pieces = tables.bodies, rows.pieces
+    more = tables.robots.each[i].rounding - bodies.robot_rounding
     radius = np.empty(len(numbers))
     for b in range(len(radius)):
         passive = bodies.passive[numbers[b]]
         radius[b] = passive.radius + more
         rows.hull[b], rows.bodies[b].hull_radius = bodies.hull[numbers[b]], passive.hull_radius
         rows.bodies[b].at_rest = passive.at_rest
-    overlapping = add_margin(i, numbers, radius, count, rows, scene)
+    overlapping = add_margin(i, numbers, radius, count, rows, tables)
     for s in range(count):
         b = pieces.body[s]
         passive = bodies.passive[numbers[b]]
@@ -177,21 +177,21 @@ def grow_passive(
 
 @kernel
 def add_margin(
-    i: int, numbers: Indices, radius: Array, count: int, rows: ObstaclePieces, scene: EncounterTables
+    i: int, numbers: Indices, radius: Array, count: int, rows: ObstaclePieces, tables: DecisionTables
 ) -> bool:
     """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies `numbers` (b,).
 
     Their pieces are the first `count` rows. Returns whether the robot overlaps one.
     """
-    robot, bodies, pieces = scene.robots.each[i], scene.bodies, rows.pieces
-    near = heads_nearby(i, radius, count, rows, scene)
+    robot, bodies, pieces = tables.robots.each[i], tables.bodies, rows.pieces
+    near = heads_nearby(i, radius, count, rows, tables)
     body = pieces.body[near]
     places, directions = np.zeros((len(near), 3)), np.zeros((len(near), 2))
     directions[:, 0] = 1.0
     for h in range(len(near)):
         s = near[h]
         x = share_of_piece(pieces.times, s)
-        for axis in range(scene.settings.dimension):
+        for axis in range(tables.settings.dimension):
             p = pieces.points[s, :, axis]
             places[h, axis] = value(p[0], p[1], p[2], p[3], x) - robot.position[axis]
         if len(pieces.turns) > 0:
@@ -217,12 +217,12 @@ def add_margin(
 
 
 @kernel
-def heads_nearby(i: int, radius: Array, count: int, rows: ObstaclePieces, scene: EncounterTables) -> Indices:
+def heads_nearby(i: int, radius: Array, count: int, rows: ObstaclePieces, tables: DecisionTables) -> Indices:
     """Of the first `count` rows, those that hold the time now and to which robot i may be nearer than the margin.
 
     They are of bodies with radii (b,) [m].
     """
-    robot, near, found = scene.robots.each[i], np.empty(count, np.int64), 0
+    robot, near, found = tables.robots.each[i], np.empty(count, np.int64), 0
     for s in range(count):
         b = rows.pieces.body[s]
         grown = radius[b] + rows.bodies[b].hull_radius + robot.margin + CONTACT_SLACK

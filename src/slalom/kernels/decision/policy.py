@@ -6,6 +6,7 @@ FALL_BACK is returned where a robot overlaps a body or will at once; `slalom.dec
 import numpy as np
 
 from slalom.kernels.arrays import Indices, PositionMap
+from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.cell_list import build_cell_list, robots_in_reach
 from slalom.kernels.decision.encounters import obstacle_pieces, reduce_margin
 from slalom.kernels.decision.latest_collision import free_without_margin, latest_collision
@@ -26,7 +27,6 @@ from slalom.kernels.decision.tables import (
     CellList,
     Controls,
     DecisionTables,
-    EncounterTables,
     ObstaclePieces,
     RelativeMotion,
     ResponseSearch,
@@ -72,9 +72,8 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     if farthest_distance(robots.each[i].position[:], centers, radii) > tables.bodies.reach:
         return CONSTRAINED
     met = reachable_neighbours(i, near, centers, radii, robots)
-    scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(robots.each[i], tables.responses)
-    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, False, scene)
+    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, False, tables)
     if overlapping:
         return FALL_BACK
     bounded = tables.bounds.first[i + 1] > tables.bounds.first[i]
@@ -240,16 +239,15 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
     bounded = settings.budget < np.inf
     safe = bounded and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT
     met = reachable_neighbours(i, near, centers, radii, robots)
-    scene = EncounterTables(robots, tables.bodies, settings)
     error = largest_error(robots.each[i], tables.responses)
-    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, settings.agrees, scene)
+    rows, overlapping = obstacle_pieces(i, met, error, centers, radii, settings.agrees, tables)
     if overlapping:
         return FALL_BACK
     for step in range(0 if settings.agrees else 1, MARGIN_STEPS + 2):
         level = max(step - 1, 0)
         if settings.agrees and step == 1:
             # Nothing is free on the agreed sides.
-            rows, _ = obstacle_pieces(i, met, error, centers, radii, False, scene)
+            rows, _ = obstacle_pieces(i, met, error, centers, radii, False, tables)
             copy_into(search.costs, optimistic)
         if level > 0:
             # With half the margin, then a quarter, then an eighth, then none.
@@ -289,6 +287,7 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     Most robots keep their manoeuvre. That needs fewer of the bodies in reach, and little code, which stays in the
     processor's cache: what follows is therefore a kernel of its own.
     """
+    scratch = by_reference(scratch)
     robots, settings = tables.robots, tables.settings
     robot = robots.each[i]
     robot.work, search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
@@ -306,6 +305,7 @@ def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
 
     `cells` are those of `build_cell_list`, or NO_CELLS: then they are made first.
     """
+    tables = by_reference(tables)
     robots, settings = tables.robots, tables.settings
     if len(cells.member) == 0:
         cells = build_cell_list(order, robots, tables.responses, settings)

@@ -233,14 +233,6 @@ class DecisionTables(NamedTuple):
     settings: DecisionSettings
 
 
-class EncounterTables(NamedTuple):
-    """Robots and pieces of bodies for encounters: fewer arrays than `DecisionTables`, to pass them in less time."""
-
-    robots: RobotTable
-    bodies: GrownBodies
-    settings: DecisionSettings
-
-
 class MetBody:
     """A body that one robot may meet."""
 

@@ -45,8 +45,8 @@ def push(
     reference: Reference,
     u: Array,
     generators: tuple[int, int],
-) -> Array:
-    """The queue (n, 8) with candidate u (3,), if it is admissible; `generators`: boundaries i, j, -1 for none.
+) -> None:
+    """Put candidate u (3,) into the queue (n, 8), if it is admissible; `generators`: boundaries i, j, -1 for none.
 
     It must lie on the border of the polygons that generated it: most points of their circles and lines lie within.
     Only the first `last` boundaries (m, 9) are tested.
@@ -54,18 +54,17 @@ def push(
     preferred = reference.preferred
     cost = squared(u[0] - preferred[0]) + squared(u[1] - preferred[1]) + squared(u[2] - preferred[2])
     if cost < reference.floor:
-        return queue
+        return
     i, j = generators
     if len(polygons) > 0:
         which = int(boundaries[i, 5])
         if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
-            return queue
+            return
         which = int(boundaries[j, 5]) if j >= 0 else -1
         if which >= 0 and not outside_polygons(polygons, which, which + 1, u[0], u[1]):
-            return queue
-    if not meets(boundaries, 0, last, u, i, j):
-        return queue
-    return put(queue, cost, u, i, j, 0.0)
+            return
+    if meets(boundaries, 0, last, u, i, j):
+        put(queue, cost, u, i, j, 0.0)
 
 
 @inlined
@@ -93,15 +92,16 @@ def propose(
     count: int,
     reference: Reference,
     found: Array,
-) -> Array:
-    """The queue (n, 8) with the critical points that the last boundary in the plane, number count - 1, adds.
+) -> None:
+    """Put the critical points that the last boundary in the plane, number count - 1, adds into the queue (n, 8).
 
-    The first `admissible` of the boundaries (m, 9) bound the admissible set. `found` (2, 3) is a buffer.
+    It has room for 2 count of them. The first `admissible` of the boundaries (m, 9) bound the admissible set. `found`
+    (2, 3) is a buffer.
     """
     new = count - 1
     last = max(new, admissible)
     project(boundaries, new, reference.preferred, found)
-    queue = push(queue, boundaries, polygons, last, reference, found[0], (new, -1))
+    push(queue, boundaries, polygons, last, reference, found[0], (new, -1))
     for i in range(new):
         if apart(boundaries, i, new):
             continue
@@ -110,8 +110,7 @@ def propose(
         else:
             number = intersect_two(boundaries, i, new, found)
         for f in range(number):
-            queue = push(queue, boundaries, polygons, last, reference, found[f], (i, new))
-    return queue
+            push(queue, boundaries, polygons, last, reference, found[f], (i, new))
 
 
 @kernel
@@ -130,15 +129,22 @@ def before(queue: Array, a: float, b: float) -> bool:
 
 
 @kernel
-def put(queue: Array, cost: float, u: Array, i: int, j: int, t: float) -> Array:
-    """The queue (n, 8) with one more candidate u (3,); a larger array if it was full."""
+def with_room(queue: Array, more: int) -> Array:
+    """The queue (n, 8), in a larger array if there is no room for so many `more` candidates."""
+    used = int(queue[0, 0]) + 1
+    if used + more <= len(queue):
+        return queue
+    larger = np.empty((2 * (used + more), 8))
+    for row in range(used):
+        for column in range(8):
+            larger[row, column] = queue[row, column]
+    return larger
+
+
+@kernel
+def put(queue: Array, cost: float, u: Array, i: int, j: int, t: float) -> None:
+    """Put candidate u (3,) into the queue (n, 8), which has room for it."""
     n = int(queue[0, 0]) + 1
-    if n >= len(queue):
-        larger = np.empty((2 * len(queue), 8))
-        for row in range(len(queue)):
-            for column in range(8):
-                larger[row, column] = queue[row, column]
-        queue = larger
     queue[n, 0], queue[n, 1], queue[n, 2], queue[n, 3] = cost, u[0], u[1], u[2]
     queue[n, 4], queue[n, 5], queue[n, 6] = i, j, t
     slot = int(queue[0, 1]) + 1
@@ -147,7 +153,6 @@ def put(queue: Array, cost: float, u: Array, i: int, j: int, t: float) -> Array:
         queue[slot, 7] = queue[slot // 2, 7]
         slot //= 2
     queue[slot, 7] = n
-    return queue
 
 
 @inlined

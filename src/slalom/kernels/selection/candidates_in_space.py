@@ -82,39 +82,37 @@ def excluded_by(boundaries: Array, count: int, u: Array, last: int) -> int:
 
 
 @kernel
-def propose_in_space(queue: Array, boundaries: Array, count: int, view: View) -> Array:
-    """The queue (n, 8) with the candidates that the last boundary, number count - 1, adds to those before it."""
+def propose_in_space(queue: Array, boundaries: Array, count: int, view: View) -> None:
+    """Put the candidates that the last boundary, number count - 1, adds into the queue (n, 8), with room for count."""
     new, curve, found = count - 1, view.curve, view.found
     project(boundaries, new, view.preferred, found)
-    queue = put_point(queue, view, found[0], new, -1, 0.0)
+    put_point(queue, view, found[0], new, -1, 0.0)
     for i in range(new):
         if apart(boundaries, i, new) or not curve_of(boundaries, i, new, view.preferred, curve):
             continue
         point_on(boundaries, i, curve, 0.0, found)
-        queue = put_point(queue, view, found[0], i, new, 0.0)
-    return queue
+        put_point(queue, view, found[0], i, new, 0.0)
 
 
 @kernel
-def put_point(queue: Array, view: View, u: Array, i: int, j: int, t: float) -> Array:
-    """The queue (n, 8) with candidate u (3,), unless it is farther away than any admissible control."""
+def put_point(queue: Array, view: View, u: Array, i: int, j: int, t: float) -> None:
+    """Put candidate u (3,) into the queue (n, 8), unless it is farther away than any admissible control."""
     preferred = view.preferred
     cost = squared(u[0] - preferred[0]) + squared(u[1] - preferred[1]) + squared(u[2] - preferred[2])
-    if cost > view.farthest:
-        return queue
-    return put(queue, cost, u, i, j, t)
+    if cost <= view.farthest:
+        put(queue, cost, u, i, j, t)
 
 
 @kernel
-def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> Array:
-    """The queue (n, 8) with the next places on the curve of candidate n, which boundary k excludes.
+def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> None:
+    """Put the next places on the curve of candidate n, which boundary k excludes, into the queue, with room for two.
 
     From the nearest point of a curve, the search continues on both sides.
     """
     i, j, t = int(queue[n, 4]), int(queue[n, 5]), queue[n, 6]
     curve, found = view.curve, view.found
     if j < 0 or not curve_of(boundaries, i, j, view.preferred, curve):
-        return queue
+        return
     for turn in range(2):
         way = 1.0 - 2.0 * turn
         if way * t < 0.0:
@@ -124,5 +122,4 @@ def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> Arra
             point_on(boundaries, i, curve, way * end, found)
             if boundaries[k, 0] <= 0.0:
                 project(boundaries, k, found[0], found)
-            queue = put_point(queue, view, found[0], i, j, way * end)
-    return queue
+            put_point(queue, view, found[0], i, j, way * end)

@@ -32,7 +32,7 @@ from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.broad_phase import Culled, copy_near, cull, distance, is_clear, new_hulls, new_table
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.admissible import distance_from_center, nearest_admissible
-from slalom.kernels.selection.candidates import Reference, excluded_in_plane, new_queue, propose, put, take
+from slalom.kernels.selection.candidates import Reference, excluded_in_plane, new_queue, propose, put, take, with_room
 from slalom.kernels.selection.candidates_in_space import (
     exclude_beyond,
     excluded_by,
@@ -113,17 +113,18 @@ def exchanged(
         exclude_beyond(boundaries, b, 0.0)
     if allowed:
         # Only if u is not admissible can the boundary of the admissible set hold the optimum: the set is convex.
-        queue = put(queue, 0.0, u, -1, -1, 0.0)
+        put(queue, 0.0, u, -1, -1, 0.0)
         proposed = admissible
     while True:
         while proposed < count:
             proposed += 1
+            queue = with_room(queue, 2 * proposed)
             if in_space:
-                queue = propose_in_space(queue, boundaries, proposed, view)
+                propose_in_space(queue, boundaries, proposed, view)
                 spent += proposed * WORK_CURVE
             else:
                 reference = Reference(preferred, floor)
-                queue = propose(queue, boundaries, polygons, admissible, proposed, reference, found)
+                propose(queue, boundaries, polygons, admissible, proposed, reference, found)
         n = take(queue)
         if n == 0:
             break
@@ -136,7 +137,8 @@ def exchanged(
             spent += WORK_POINT + (rejects if rejects >= 0 else count)
             if rejects >= 0:
                 last = rejects
-                queue = move_on(queue, n, boundaries, rejects, view)
+                queue = with_room(queue, 2)
+                move_on(queue, n, boundaries, rejects, view)
                 continue
         else:
             # All nearer controls were rejected: a new candidate there lies in some element of the working set.
@@ -158,7 +160,8 @@ def exchanged(
         rejection = Rejection(segment, u)
         boundaries, polygons, count = cut_off(boundaries, polygons, count, near, near_hulls, rejection, problem, work)
         if in_space:
-            queue = move_on(queue, n, boundaries, count - 1, view)
+            queue = with_room(queue, 2)
+            move_on(queue, n, boundaries, count - 1, view)
     return (BLOCKED if elements else INADMISSIBLE), elements, examined
 
 

@@ -1,0 +1,129 @@
+"""Tables by reference: a kernel passes one pointer in place of the numbers of all arrays of a table.
+
+numba passes an array as seven numbers or more, and a table as the numbers of all its arrays: more than 300 for the
+tables of a decision. A table by reference is put into the memory of a kernel once. The kernels that it calls get the
+address, and read only the fields that they need.
+"""
+
+import hashlib
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from numba.core import cgutils, types
+from numba.core.imputils import impl_ret_borrowed, impl_ret_untracked
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    infer_getattr,
+    lower_builtin,
+    lower_getattr_generic,
+    models,
+    register_model,
+    type_callable,
+)
+
+from slalom.kernels.arrays import Corners, Hulls
+
+T = TypeVar("T")
+
+BY_VALUE = (Corners, Hulls)
+"""Tables that stay values: numba drops branches on the length of a tuple, see `arrays.MaybeHulls`."""
+
+
+def by_reference(table: T) -> T:
+    """In kernels a reference to the `table`, an argument of the kernel; in Python the table itself.
+
+    The caller of a kernel holds the arrays of its arguments until the kernel returns. A reference to another table
+    would not hold them. Arrays that are read from it are not counted, so a kernel that returns an array must not return
+    one of these.
+    """
+    return table
+
+
+class TableReference(types.Type):
+    """The type of a reference to a table. A field that is a table is a reference too, unless it is BY_VALUE."""
+
+    def __init__(self, table: Any) -> None:
+        self.table = table
+        # Names of types are parts of the names of functions: those of tables have thousands of letters.
+        digest = hashlib.sha256(str(table).encode()).hexdigest()[:16]
+        super().__init__(name=f"TableReference({self.table.instance_class.__name__}, {digest})")
+
+    @property
+    def key(self) -> Any:
+        return self.table
+
+    def field(self, name: str) -> tuple[int, Any]:
+        """The number and the type of a field."""
+        number = self.table.fields.index(name)
+        ty = tuple(self.table)[number]
+        return number, TableReference(ty) if is_table(ty) else ty
+
+
+def is_table(ty: Any) -> bool:
+    """Whether a type is that of a table that is passed by reference."""
+    return isinstance(ty, types.BaseNamedTuple) and ty.instance_class not in BY_VALUE  # type: ignore[attr-defined]
+
+
+def uncounted(context: Any, builder: Any, ty: Any, value: Any) -> Any:
+    """The value, all arrays in it without the counter of references that belongs to them.
+
+    A reference costs as much as ten additions, since threads may count at the same time.
+    """
+    if isinstance(ty, types.Array):
+        array = context.make_array(ty)(context, builder, value=value)
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)  # type: ignore[no-untyped-call]
+        return array._getvalue()
+    if isinstance(ty, types.BaseTuple):
+        for k, one in enumerate(ty):  # type: ignore[arg-type, var-annotated]
+            part = uncounted(context, builder, one, builder.extract_value(value, k))
+            value = builder.insert_value(value, part, k)
+    return value
+
+
+@register_model(TableReference)
+class _Address(models.PrimitiveModel):
+    """The address of the table in memory."""
+
+    def __init__(self, manager: Any, reference: TableReference) -> None:
+        table = manager.lookup(reference.table).get_value_type()
+        super().__init__(manager, reference, table.as_pointer())  # type: ignore[no-untyped-call]
+
+
+@type_callable(by_reference)  # type: ignore[no-untyped-call, untyped-decorator]
+def _type_of_reference(_context: Any) -> Callable[[Any], Any]:
+    def reference(table: Any) -> Any:
+        if isinstance(table, TableReference):
+            return table
+        return TableReference(table) if is_table(table) else None
+
+    return reference
+
+
+@lower_builtin(by_reference, types.BaseNamedTuple)  # type: ignore[no-untyped-call, untyped-decorator]
+def _put_into_memory(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    place = cgutils.alloca_once(builder, arguments[0].type)  # type: ignore[no-untyped-call]
+    builder.store(arguments[0], place)
+    return impl_ret_untracked(context, builder, signature.return_type, place)  # type: ignore[no-untyped-call]
+
+
+@lower_builtin(by_reference, TableReference)  # type: ignore[no-untyped-call, untyped-decorator]
+def _same(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return impl_ret_untracked(context, builder, signature.return_type, arguments[0])  # type: ignore[no-untyped-call]
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = TableReference
+
+    def generic_resolve(self, reference: TableReference, name: str) -> Any:  # type: ignore[override]
+        return reference.field(name)[1] if name in reference.table.fields else None
+
+
+@lower_getattr_generic(TableReference)  # type: ignore[no-untyped-call, untyped-decorator]
+def _read_field(context: Any, builder: Any, reference: TableReference, address: Any, name: str) -> Any:
+    number, ty = reference.field(name)
+    place = cgutils.gep_inbounds(builder, address, 0, number)  # type: ignore[no-untyped-call]
+    if isinstance(ty, TableReference):
+        return impl_ret_untracked(context, builder, ty, place)  # type: ignore[no-untyped-call]
+    value = uncounted(context, builder, ty, builder.load(place))
+    return impl_ret_borrowed(context, builder, ty, value)  # type: ignore[no-untyped-call]
