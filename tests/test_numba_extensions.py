@@ -50,7 +50,7 @@ def held(x: np.ndarray, y: np.ndarray, many: int) -> tuple[np.ndarray, list[np.n
 
 
 @pytest.mark.parametrize("compile", [jit.kernel, jit.inlined])
-def test_borrowed_arguments_are_neither_freed_nor_kept(compile):
+def test_arguments_are_neither_freed_nor_kept(compile):
     """The counts of references are the same before and after, and a reference keeps its array alive."""
     hold = compile(held)
 
@@ -106,7 +106,7 @@ def total(pair: Pair, many: int) -> float:
     return value
 
 
-def test_parts_of_arguments_are_borrowed_too(monkeypatch):
+def test_parts_of_arguments_are_neither_freed_nor_kept(monkeypatch):
     """No reference is lost or kept where names stand for parts of tuples."""
     x, y, z = np.arange(4.0), np.arange(4.0, 8.0), np.arange(8.0, 12.0)
     expected, before = total(Pair(x, (y, z)), 9), [sys.getrefcount(one) for one in (x, y, z)]

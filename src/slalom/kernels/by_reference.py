@@ -89,7 +89,7 @@ class _Address(models.PrimitiveModel):
         super().__init__(manager, reference, table.as_pointer())  # type: ignore[no-untyped-call]
 
 
-@type_callable(by_reference)  # type: ignore[no-untyped-call, untyped-decorator]
+@type_callable(by_reference)
 def _type_of_reference(_context: Any) -> Callable[[Any], Any]:
     def reference(table: Any) -> Any:
         if isinstance(table, TableReference):

@@ -135,9 +135,10 @@ def _cached(compiled: Any, function: Callable[..., Any], what: str) -> Any:
 
 
 def inlined(function: F) -> F:
-    """A `kernel` that is inlined into its callers: worth it for few callers that pass whole tables.
+    """A `kernel` that is inlined into its callers: worth it for few callers that pass whole tables, or call it often.
 
-    Each array of a table is passed as seven numbers and more. Larger functions take longer to compile.
+    Each array of a table is passed as seven numbers and more, unless the table is passed by reference (`by_reference`).
+    Larger functions take longer to compile.
     """
     return kernel(function, forceinline=True)
 

@@ -1,7 +1,7 @@
 """Extensions of numba: storage of parts of kernels, reference counts of arrays, and cached type resolution.
 
 It is used with the versions of numba that were tested with it. With others kernels compile and run as numba's usual
-functions do, which takes half as long again.
+functions do. The first compilation then takes nearly four times as long, see docs/design/0006.
 """
 
 from collections.abc import Iterator
