@@ -115,9 +115,10 @@ def test_no_collision_in_a_million_messages_late_or_lost():
         moved += float(np.linalg.norm(np.diff(recording.positions, axis=0), axis=2).sum())
         arrived += result["arrived"]
         sent, seed = sent + messages, seed + 1
-    # They did not stay where they were.
+    # They did not stay where they were: on average 6 of 12 arrive, and 2 to 8 in a run. Processors with other last bits
+    # have other runs.
     assert moved > 12 * (seed - 100)
-    assert arrived > 6 * (seed - 100)
+    assert arrived > 4 * (seed - 100)
 
 
 def test_robots_arrive_though_messages_are_late_and_lost():
