@@ -220,11 +220,14 @@ def test_a_robot_among_moving_obstacles_has_the_bits_of_the_navigator() -> None:
 
 @pytest.mark.parametrize("name", ["nao", "rvo", "vo"])
 @pytest.mark.parametrize("shape", [Disc(0.3), Rectangle(0.7, 0.4)], ids=["disc", "rectangle"])
-def test_navigators_that_observe_the_others_are_the_fleet(name: str, shape: Disc | Rectangle) -> None:
-    """One policy: each robot decides among observed discs as a fleet does, with share, margin and regain."""
+@pytest.mark.parametrize("walled", [False, True], ids=["open", "walled"])
+def test_navigators_that_observe_the_others_are_the_fleet(name: str, shape: Disc | Rectangle, walled: bool) -> None:
+    """One policy: each robot decides among observed discs as a fleet does, with share, margin, regain and stops."""
+    room = Polyline([(4.8, -4.8), (4.8, 4.8), (-4.8, 4.8), (-4.8, -4.8)], 0.05)
+    walls = [Obstacle(room, Stationary((0.0, 0.0)))] if walled else []
     starts, targets = swap(6, 4.0)
     discs, limits = Disc(0.3), Limits(1.5, 2.0)
-    fleet = Fleet(METHODS[name], [shape, *[discs] * 5], limits, period=DT, detours=())
+    fleet = Fleet(METHODS[name], [shape, *[discs] * 5], limits, obstacles=walls, period=DT, detours=())
     navigator, previous, others = Navigator(METHODS[name], shape, limits, period=DT), None, np.arange(1, 6)
     positions, velocities, applied = starts, np.zeros_like(starts), np.zeros_like(starts)
     for k in range(90):
@@ -232,7 +235,7 @@ def test_navigators_that_observe_the_others_are_the_fleet(name: str, shape: Disc
         decided = fleet.step(now, positions, velocities, targets)
         tracks = Tracks(positions[others], velocities[others], 0.3, now, accelerations=applied[others])
         state, goal = State(positions[0], velocities[0], applied[0]), Goal(Stationary(targets[0]), 0.2, stop=True)
-        previous = navigator.decide(state, [], goal, robots=tracks, now=now, previous=previous)
+        previous = navigator.decide(state, walls, goal, robots=tracks, now=now, previous=previous)
         assert previous.outcome is decided.outcomes[0]
         np.testing.assert_allclose(previous.manoeuvre.mean_acceleration(now, DT), decided.accelerations[0], atol=1e-6)
         positions, velocities = integrate(positions, velocities, decided.accelerations, DT)

@@ -52,6 +52,8 @@ class Method:
             them; None: the margin must only not shrink further. `Navigator` uses share and regain only for
             `robots=`: its obstacles do not avoid it.
         agrees: whether two robots that share the avoidance agree, from what both observe, on the side to pass on.
+        stops_at_obstacles: whether other robots that are only observed are predicted to stop where they would get into
+            contact with an obstacle at rest.
         shared: robots receive the committed manoeuvres of the others, and decide one after the other.
         looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
     """
@@ -66,6 +68,7 @@ class Method:
     share: float = 1.0
     regain: float | None = None
     agrees: bool = False
+    stops_at_obstacles: bool = False
     shared: bool = False
     looks_ahead: bool = False
 
@@ -219,6 +222,7 @@ _ROWS: Final = (
         share=0.5,
         regain=1.0,
         agrees=True,
+        stops_at_obstacles=True,
     ),
     Method(
         "nao_ahead",

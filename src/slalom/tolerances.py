@@ -1566,6 +1566,12 @@ TABLE_SPEED: Final = 100.0
 Larger: more pieces in every table. Smaller: the motion of faster robots is less exact than the clearance assumes.
 """
 
+STOP_DEPTH: Final = 1e-3
+"""[m] How deep in an obstacle an observed robot is predicted to stop, at most.
+
+Larger: stops are predicted later. Smaller: a robot that moves along a wall may be predicted to stop by rounding.
+"""
+
 FORECAST_HORIZONS: Final = 10.0
 """[1] Duration of the tables of predicted robots, in horizons. Older observations are predicted one by one.
 

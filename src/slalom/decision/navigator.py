@@ -132,8 +132,8 @@ class Navigator:
             goal: the place to reach, with a `PathGoal` along a path; not needed to follow a velocity or acceleration.
             robots: others that decide by the same method, as they are observed. The method sets their part of the
                 avoidance, unless they have `Tracks.shares`; with a share of 0 they are obstacles. It also sets the time
-                to regain a lost part of the margin. The margin from all of them grows as in a `Fleet`: they are assumed
-                to accelerate no more than this robot.
+                to regain a lost part of the margin, and whether they are predicted to stop at obstacles at rest. The
+                margin from all of them grows as in a `Fleet`: they are assumed to accelerate no more than this robot.
             objective: the objective of this decision; None: that of the navigator.
             budget: [s] of work, counted and not measured, so that equal inputs give equal bits on every machine. When
                 it is used up, the best manoeuvre found so far is taken. Without any, the committed one continues if it

@@ -9,7 +9,7 @@ from slalom.checks import Array, vector
 from slalom.decision.grown_bodies import Skeletons
 from slalom.decision.request import Request
 from slalom.decision.response_tables import response_table
-from slalom.decision.robot_tables import bounds_of, commit_to, observe, robot_table, target_paths
+from slalom.decision.robot_tables import bounds_of, commit_to, observe, robot_table, stop_observed, target_paths
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable, RobotTable
@@ -62,6 +62,7 @@ class PolicyTables:
             share=float(method.share) if among else 1.0,
             least_share=float(method.share) if among else 1.0,
             agrees=method.agrees and among,
+            stops_at_obstacles=method.stops_at_obstacles and among,
             shared=False,
             detours=np.array(robot.detours, dtype=np.float64),
             budget=np.inf,
@@ -94,6 +95,8 @@ class PolicyTables:
         limits, observed = self.robot.limits, None if others is None else others.paths(now + self.robot.horizon)
         pieces = self._pieces if path is None else max(self._pieces, len(path.points))
         n, q = (1, 1) if observed is None else (1 + len(observed[1]), observed[1].shape[1])
+        # A path that is cut where it gets into contact with an obstacle rests there for one piece more.
+        q += self._settings.stops_at_obstacles
         # What is popped is of no other thread: decisions in several threads never have the same table.
         robots = self._spare.pop((n, pieces, q), None) or self._filled(robot_table(n, pieces, q))
         if others is not None and observed is not None:
@@ -111,10 +114,12 @@ class PolicyTables:
         (n, pieces), q = robots.committed.points.shape[:2], robots.observed.points.shape[1]
         self._spare = {(n, pieces, q): robots}
 
-    def reach(self, state: State) -> Reach:
-        """Where bodies count for a robot in this state."""
-        fastest = max(self.robot.limits.max_speed, hypot(*state.velocity))
-        return Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, self._clearance)
+    def reach(self, state: State, others: Tracks | None = None) -> Reach:
+        """Where bodies count for a robot in this state: also those at which others stop that it may meet."""
+        fastest, clearance = max(self.robot.limits.max_speed, hypot(*state.velocity)), self._clearance
+        if others is not None and self._settings.stops_at_obstacles:
+            clearance += self._margin + self.robot.robot.bounding_radius + 2.0 * float(others.radii.max())
+        return Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, clearance)
 
     def decision(self, robots: RobotTable, obstacles: ObstacleWindow, request: Request) -> DecisionTables:
         """The tables of a decision, with the robot in row 0 of `robots`.
@@ -135,7 +140,7 @@ class PolicyTables:
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own["moving"] = target_paths([goal], now, now + self.robot.horizon + latest)
         # Only costs of arrival count detours.
-        detours, around = bool(self.robot.detours) and own["objective"][0] == ARRIVE, self.reach(state)
+        detours, around = bool(self.robot.detours) and own["objective"][0] == ARRIVE, self.reach(state, others)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=detours, around=around)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))
@@ -144,6 +149,10 @@ class PolicyTables:
             rest = (1.0 - others.shares) / others.shares
             robots.each["priority"][1:] = rest * (1.0 - settings.share) / settings.share
             settings = settings._replace(least_share=min(settings.least_share, 0.5))
+        if others is not None and settings.stops_at_obstacles:
+            kind = int(self._skeletons.kind[-1])
+            met = bodies if kind == 0 else self._skeletons.grown_bodies(kind, obstacles, detours=False, around=around)
+            stop_observed(kind, robots, met, settings)
         return DecisionTables(robots, bodies, self._table, bounds, targets, settings)
 
 

@@ -4,10 +4,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slalom import kernels
 from slalom.checks import Array, vector
 from slalom.goal import Goal
 from slalom.kernels.arrays import Flags
-from slalom.kernels.decision.tables import Bounds, Paths, Robot, RobotTable, TargetPaths
+from slalom.kernels.decision.tables import (
+    Bounds,
+    DecisionSettings,
+    GrownBodies,
+    Paths,
+    Robot,
+    RobotTable,
+    TargetPaths,
+)
 from slalom.kernels.records import Records, zero_records
 from slalom.limits import Limits
 from slalom.obstacle.tracks import Tracks
@@ -97,12 +106,23 @@ def reaches(each: Records[Robot], horizon: float) -> Array:
 
 
 def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> None:
-    """Put others into all rows but the first: on their predicted paths, see `Tracks.paths`."""
+    """Put others into all rows but the first: on their predicted paths, see `Tracks.paths`.
+
+    Pieces without duration fill the rest of the rows.
+    """
     d, states, each = others.dimension, others.states, robots.each[1:]
     each["position"][:, :d], each["velocity"][:, :d] = states[:, 0], states[:, 1]
     each["acceleration"][:, :d], each["priority"] = states[:, 2], 1.0
     each["rounding"] = each["radius"] = others.radii
-    robots.observed.times[1:], robots.observed.points[1:, ..., :d] = times, points
+    q = points.shape[1]
+    robots.observed.times[1:] = times[:, -1:]
+    robots.observed.times[1:, : q + 1], robots.observed.points[1:, :q, :, :d] = times, points
+
+
+def stop_observed(kind: int, robots: RobotTable, bodies: GrownBodies, settings: DecisionSettings) -> None:
+    """Let robots with a kind of skeleton, by which `bodies` are grown, stop at obstacles if they are predicted so."""
+    if settings.stops_at_obstacles and len(bodies.passive):
+        kernels.stop_at_obstacles(kind, robots, bodies, settings)
 
 
 def commit_to(robots: RobotTable, k: int, path: Path) -> None:

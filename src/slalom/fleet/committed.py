@@ -23,6 +23,7 @@ from slalom.decision.robot_tables import (
     reaches,
     robot_table,
     states_on_paths,
+    stop_observed,
     target_paths,
 )
 from slalom.errors import InvalidInput
@@ -142,7 +143,9 @@ class CommittedFleet:
         predicted = max(policy.pieces for policy in self.policies)
         published = any(policy.published.any() for policy in self.policies)
         few = all(policy.tabulated for policy in self.policies) and not published
-        table = robot_table(n, committed, predicted if few else max(predicted, committed))
+        # A path that is cut where it gets into contact with an obstacle rests there for one piece more.
+        stops = any(policy.method.stops_at_obstacles for policy in self.policies)
+        table = robot_table(n, committed, (predicted if few else max(predicted, committed)) + stops)
         each = table.each
         each["kind"], each["skeleton"], each["rounding"] = kind, self.skeletons.kind, self.skeletons.rounding
         each["radius"] = [shape.bounding_radius for shape in robots.shapes]
@@ -251,6 +254,8 @@ class CommittedFleet:
     ) -> dict[int, Outcome]:
         """The outcomes of the robots in `order` that fell back; the others are in the table."""
         decide_all, fallen = one_by_one if settings.shared else at_once, dict[int, Outcome]()
+        for kind, own in enumerate(bodies):
+            stop_observed(kind, self.table, own, settings)
         for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):
             own = bodies[self.table.each["skeleton"][some[0]]]
             tables = DecisionTables(self.table, own, self.responses, self._bounds, self.targets, settings)

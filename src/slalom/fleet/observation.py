@@ -72,6 +72,8 @@ def decide_by_sight(
     Robots that share their manoeuvres know them of all robots.
     """
     each, d, now, outcomes = fleet.table.each, fleet.dimension, settings.now, dict[int, Outcome]()
+    observed = fleet.table.observed
+    times, points = observed.times.copy(), observed.points.copy()
     # There is one world, number 0.
     obstacles, present = each_of(in_world(around, 0)), each["present"].copy()
     robots = [
@@ -89,4 +91,7 @@ def decide_by_sight(
         bodies = fleet.grown_bodies(fleet.window(policy, seen, now))
         outcomes |= fleet.decide(some[some == k], settings, bodies, seen)
         each["present"] = present
+        if not settings.shared:
+            # The next robot may not see the obstacles at which the others were predicted to stop.
+            observed.times[:], observed.points[:] = times, points
     return outcomes

@@ -51,6 +51,7 @@ class Policy:
             share=float(method.share),
             least_share=float(method.share * lowest / (method.share * lowest + (1.0 - method.share) * own)),
             agrees=method.agrees,
+            stops_at_obstacles=method.stops_at_obstacles,
             shared=method.shared,
             detours=np.array(detours, dtype=np.float64),
             budget=np.inf,

@@ -13,6 +13,7 @@ from .decision.cell_list import (
 from .decision.manoeuvre_cost import detour_lengths as detour_lengths
 from .decision.paths import predicted_points as predicted_points
 from .decision.policy import decide_all as decide_all
+from .decision.predicted_stops import stop_at_obstacles as stop_at_obstacles
 from .decision.time_to_go import (
     earliest_arrival as earliest_arrival,
     passing_velocity as passing_velocity,

@@ -217,6 +217,7 @@ class DecisionSettings(NamedTuple):
     share: float  # [1] part of the avoidance between two robots of one priority that a robot does itself
     least_share: float  # [1] the smallest part that any robot does, by its priority
     agrees: bool  # whether two robots that share the avoidance agree on a side to pass on
+    stops_at_obstacles: bool  # whether observed robots are predicted to stop at passive bodies at rest
     shared: bool  # whether robots know each other's committed manoeuvres
     detours: Array  # (k,) [rad] angles by which the desired velocity is turned
     budget: float  # [us] of counted work after which a decision ends if a safe manoeuvre is known

@@ -1,0 +1,154 @@
+"""Predictions of observed robots that end at obstacles at rest: robots do not drive into walls.
+
+A robot is predicted to stop where it would get into contact with a body that does not move within the horizon. All
+robots know these bodies, and avoid them.
+"""
+
+import numpy as np
+
+from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.decision.passive_bodies import hulls_of_bodies, is_elsewhere, is_near
+from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, Paths, RobotTable
+from slalom.kernels.geometry.cubic import copy_into, restrict, value
+from slalom.kernels.geometry.hulls import distances
+from slalom.kernels.jit import kernel
+from slalom.kernels.relative_motion.window import rows_within
+from slalom.kernels.squared import squared
+from slalom.tolerances import STOP_DEPTH
+
+
+@kernel
+def pieces_at_rest(bodies: GrownBodies, horizon: float) -> tuple[Indices, Indices, Array]:
+    """Numbers (n,) of bodies that exist now and do not move up to the horizon [s], a piece of each, and their ends.
+
+    A body may end before the horizon, and counts for so long [s].
+    """
+    pieces, now, count, most = bodies.pieces, bodies.now, 0, len(bodies.passive)
+    body, piece, ends = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most)
+    for b in range(most):
+        end = now + min(bodies.until[bodies.passive[b].owner], horizon)
+        first, last = rows_within(pieces.times, bodies.first_piece[b], bodies.first_piece[b + 1], now, end)
+        still = first < last and pieces.times[first, 0] <= now
+        for s in range(first, last):
+            for c in range(4):
+                for axis in range(pieces.points.shape[2]):
+                    still = still and pieces.points[s, c, axis] == pieces.points[first, 0, axis]
+                for axis in range(2 if len(pieces.turns) > 0 else 0):
+                    still = still and pieces.turns[s, c, axis] == pieces.turns[first, 0, axis]
+        if still:
+            body[count], piece[count], ends[count] = b, first, min(end, pieces.times[last - 1, 1]) - now
+            count += 1
+    return body[:count], piece[:count], ends[:count]
+
+
+@kernel
+def farthest_point(k: int, paths: Paths, settings: DecisionSettings, start: Array) -> float:
+    """How far [m] from where it is now the path in row k leads within the horizon; that position goes into `start`."""
+    far, times, points = 0.0, paths.times[k], paths.points[k]
+    now, end, begun = settings.now, settings.now + settings.horizon, False
+    for p in range(len(points)):
+        first, last = times[p], times[p + 1]
+        if last <= max(first, now) or first >= end:
+            continue
+        e, f = max(now - first, 0.0) / (last - first), min(end - first, last - first) / (last - first)
+        corners = np.zeros((4, 3))
+        for axis in range(3):
+            p0, p1, p2, p3 = points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis]
+            corners[0, axis], corners[1, axis], corners[2, axis], corners[3, axis] = restrict(p0, p1, p2, p3, e, f)
+        if not begun:
+            copy_into(start, corners[0])
+            begun = True
+        for c in range(4):
+            square = 0.0
+            for axis in range(3):
+                square += squared(corners[c, axis] - start[axis])
+            far = max(far, np.sqrt(square))
+    return far
+
+
+@kernel
+def contact_on_path(
+    times: Array, points: Array, b: int, s: int, radius: float, until: float, bodies: GrownBodies, now: float
+) -> float:
+    """When [s] a path gets into contact with body b, at rest on piece s, by more than STOP_DEPTH / 2; inf: not before.
+
+    Deeper than it is `now` [s], if it is in contact then. The path has cubic pieces between `times` (n + 1,) [s] with
+    control points (n, 4, 3) [m], and is examined up to the time `until` [s].
+
+    The body is convex. It lies beyond the plane through its nearest point, at right angles to the direction of that
+    point, so the clearance falls no faster than the path moves along the direction.
+
+    Args: radius: [m] of the body, with that of the robot.
+    """
+    level, place, direction = np.inf, np.zeros((1, 3)), np.array([[1.0, 0.0]])
+    hulls = hulls_of_bodies(bodies.corners, bodies.hull, np.empty((4, 2, 0)))
+    if len(bodies.pieces.turns) > 0:
+        direction[0, 0], direction[0, 1] = bodies.pieces.turns[s, 0, 0], bodies.pieces.turns[s, 0, 1]
+    for p in range(len(points)):
+        begin, end = times[p], min(times[p + 1], until)
+        t, width = max(begin, now), times[p + 1] - begin
+        while t < end:
+            for axis in range(bodies.pieces.points.shape[2]):
+                p0, p1, p2, p3 = points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis]
+                place[0, axis] = bodies.pieces.points[s, 0, axis] - value(p0, p1, p2, p3, (t - begin) / width)
+            found = distances(place, direction, bodies.hull[b : b + 1], hulls)
+            clearance = found[0, 0] - radius
+            if level == np.inf:
+                level = min(clearance, 0.0) - STOP_DEPTH
+            if clearance - level <= 0.5 * STOP_DEPTH:
+                return float(t)
+            approach = 0.0
+            for c in range(3):
+                leg = 0.0
+                for axis in range(3):
+                    leg += (points[p, c + 1, axis] - points[p, c, axis]) * found[0, 1 + axis]
+                approach = max(approach, 3.0 * leg / width)
+            t = t + (clearance - level) / approach if approach > 0.0 else np.inf
+    return np.inf
+
+
+@kernel
+def stop_path(k: int, paths: Paths, t: float) -> None:
+    """Let the path in row k rest from a time t [s] on, up to its last time."""
+    times, points = paths.times[k], paths.points[k]
+    last = len(points)
+    for p in range(last - 1):
+        if times[p] <= t < times[p + 1]:
+            share = (t - times[p]) / (times[p + 1] - times[p])
+            for axis in range(3):
+                p0, p1, p2, p3 = points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis]
+                p0, p1, p2, p3 = restrict(p0, p1, p2, p3, 0.0, share)
+                points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis] = p0, p1, p2, p3
+                for c in range(4):
+                    points[p + 1, c, axis] = p3
+            times[p + 1] = t
+            for q in range(p + 2, last):
+                times[q] = times[last]
+            return
+
+
+@kernel
+def stop_at_obstacles(kind: int, robots: RobotTable, bodies: GrownBodies, settings: DecisionSettings) -> None:
+    """Let robots with a `kind` of skeleton rest, on their observed paths, from a contact with a body at rest on.
+
+    At the earliest after one period. `bodies` are grown by that skeleton. The table has room for one piece more than
+    each path needs.
+    """
+    observed, now, start = robots.observed, settings.now, np.zeros(3)
+    body, piece, ends = pieces_at_rest(bodies, settings.horizon)
+    for k in range(len(robots.each)):
+        robot = robots.each[k]
+        if robot.skeleton != kind or not robot.present:
+            continue
+        far = farthest_point(k, observed, settings, start)
+        more, stop = robot.rounding - bodies.robot_rounding, now + settings.horizon
+        for n in range(len(body) if far > 0.0 else 0):
+            passive, ball = bodies.passive[body[n]], bodies.balls[piece[n]]
+            radius = passive.radius + more
+            near = is_near(ball, start, far + radius + passive.hull_radius)
+            if near and not is_elsewhere(passive.world, robot.world):
+                until, times, points = min(stop, now + ends[n]), observed.times[k], observed.points[k]
+                stop = min(stop, contact_on_path(times, points, body[n], piece[n], radius, until, bodies, now))
+        if stop < now + settings.horizon:
+            # What is guaranteed for one period counts on the free motion: a robot may slide along a wall.
+            stop_path(k, observed, max(stop, now + settings.period))
