@@ -648,6 +648,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         )
         for decide in (
             lambda _: AHEAD.decide(STATE, IN_WORLD, GOAL),
+            lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow(IN_WORLD, 0, 1), DISC),
             lambda _: ExpectedLoss(AHEAD).decide(STATE, IN_WORLD, GOAL),
             lambda _: Sight().look(STATE, IN_WORLD),
         )

@@ -1,9 +1,11 @@
 """Classes that extend numba: parts of kernels, arguments without counts of references, remembered resolutions."""
 
+import ast
 import operator
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +14,9 @@ from numba.core import types, typing
 from numba.core.errors import TypingError
 
 from slalom.kernels import jit, numba_extensions
+
+KERNELS = Path(numba_extensions.__file__).parent
+NUMBERS = {"int", "float", "bool"}
 
 AGAIN = """
 import numpy as np
@@ -137,3 +142,42 @@ def test_resolved_calls_are_remembered():
     assert found[0] is found[1]
     assert found[0] == ask(add, context, (types.float64, types.int64), {})
     assert types.BaseFunction.get_call_type is ask
+
+
+def names_in_lists(function: ast.FunctionDef) -> list[str]:
+    """Parameters that are no numbers and that the function puts into a list, as "name, line"."""
+    each = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+    held = {one.arg for one in each if one.annotation is None or ast.unparse(one.annotation) not in NUMBERS}
+    found = []
+    for node in ast.walk(function):
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+            continue
+        if node.func.attr not in ("append", "insert", "extend") or ast.unparse(node.func.value) == "np":
+            continue
+        # Elements of arrays are numbers, and results of calls are counted.
+        inside = [one for put in node.args for one in ast.walk(put) if isinstance(one, ast.Subscript | ast.Call)]
+        read = {id(part) for one in inside for part in ast.walk(one)}
+        names = [one for put in node.args for one in ast.walk(put) if isinstance(one, ast.Name) and id(one) not in read]
+        found += [f"{one.id}, {node.lineno}" for one in names if one.id in held]
+    return found
+
+
+def test_no_kernel_puts_an_argument_into_a_list():
+    """Arguments of functions that return no array are not counted: a list that lasts longer would not hold them."""
+    for file in KERNELS.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.FunctionDef) and node.decorator_list:
+                assert not names_in_lists(node), f"{file.name}: {names_in_lists(node)}"
+
+
+PUTS = """
+def f(a: Array, n: int, into):
+    into.append((a, n))
+    into.append(a[n])
+    into.append(g(a))
+    return np.append(a, a)
+"""
+
+
+def test_arguments_in_lists_are_found():
+    assert names_in_lists(ast.parse(PUTS).body[0]) == ["a, 3"]

@@ -82,7 +82,8 @@ class ControlObstacle:
         largest_control: norm up to which the pieces of a response that is not cubic hold, see `for_controls`.
 
     Raises:
-        InvalidInput: different dimensions, a horizon that is not above 0 or beyond that of the obstacles.
+        InvalidInput: different dimensions, a horizon that is not above 0 or beyond that of the obstacles; tracks with
+            numbers of worlds.
     """
 
     response: Response
@@ -96,6 +97,7 @@ class ControlObstacle:
 
     def __post_init__(self) -> None:
         refuse_kinds(self.response, self.obstacles, self.robot, self.state)
+        self.obstacles.refuse_worlds()
         longest = self.obstacles.horizon
         horizon = number(self.horizon, "horizon") or longest
         if positive(horizon, "horizon") > longest:

@@ -304,10 +304,8 @@ class Navigator:
 
         Obstacles that appear later are included only if the forecast contains them.
         """
-        for one in listed(obstacles):
-            if isinstance(one, Tracks):
-                one.refuse_worlds("obstacles")
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
+        window.refuse_worlds()
         if self.horizons is None:
             return window
         return window.within(np.minimum(self.horizons(state, window.obstacles, self.limits, now), self.horizon))

@@ -100,6 +100,12 @@ class ObstacleWindow:
         """Whether some obstacles are futures with a probability below 1."""
         return any(s.has_futures for s in self._sources)
 
+    def refuse_worlds(self) -> None:
+        """Raise InvalidInput for tracks with numbers of worlds: the window is of one world."""
+        for source in self._sources:
+            if isinstance(source, Tracks):
+                source.refuse_worlds("obstacles")
+
     def at_horizon(self) -> Records[ObstacleAtHorizon]:
         """The obstacles that balls represent and that are known and exist at the horizon."""
         parts, first = [zero_records(ObstacleAtHorizon, 0)], 0
