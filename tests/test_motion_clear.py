@@ -51,7 +51,21 @@ def scene(rng: np.random.Generator, d: int) -> tuple[ObstaclePieces, Paths]:
 
 def settings(d: int, now: float, horizon: float) -> DecisionSettings:
     """Settings of which the test of a path needs the time and the horizon."""
-    return DecisionSettings(d, now, 0.1, horizon, np.inf, 0.0, 1.0, 1.0, False, False, np.empty(0), np.inf)
+    return DecisionSettings(
+        dimension=d,
+        now=now,
+        period=0.1,
+        horizon=horizon,
+        regain=np.inf,
+        patience=0.0,
+        share=1.0,
+        least_share=1.0,
+        agrees=False,
+        stops_at_obstacles=False,
+        shared=False,
+        detours=np.empty(0),
+        budget=np.inf,
+    )
 
 
 @pytest.mark.parametrize("d", [2, 3])
