@@ -157,12 +157,13 @@ def page(rows: list[dict[str, str]]) -> str:
         runs = list(group)
         collisions, own = sum(int(r["collisions"]) for r in runs), sum(int(r["own"] or 0) for r in runs)
         efficacies = [float(r["efficacy"]) for r in runs]
-        steps, time = (np.mean([float(r[key]) for r in runs]) for key in ("steps", "time"))
+        steps, times = np.mean([float(r["steps"]) for r in runs]), [float(r["time"]) for r in runs if r["time"]]
+        time = f"{np.mean(times):.0f}" if times else "-"
         row = f"| {name} | {kind} | "
         if "among" in agents:
             alone.append(row + f"{len(runs)} | {collisions} | {own} | {np.mean(efficacies):.3f} |")
         else:
-            text = f"{np.mean(efficacies):.3f} | {min(efficacies):.3f} | {steps:.0f} | {time:.0f} |"
+            text = f"{np.mean(efficacies):.3f} | {min(efficacies):.3f} | {steps:.0f} | {time} |"
             alike.append(row + f"{agents} | {len(runs)} | {collisions} | {text}")
     lines = [
         "# navground: behaviours in its experiments",
@@ -171,7 +172,7 @@ def page(rows: list[dict[str, str]]) -> str:
         "numbers of the experiments are those of `navground_examples_yaml/experiment` of navground 0.7: 1000 steps of",
         "0.1 s, 20 agents. A run ends earlier when all agents have arrived, or when all are stuck. Collisions are rows",
         "of navground's record, of all seeds. Efficacy is navground's; least: that of one seed. The time is processor",
-        "time with the simulation.",
+        "time with the simulation; -: not measured on the machine of the other rows.",
         "",
         "## 20 agents that are alike",
         "",
