@@ -123,7 +123,7 @@ def test_a_robot_in_contact_stops_only_where_it_gets_deeper(depth: float) -> Non
 
 
 def test_robots_stop_at_obstacles_of_their_own_world() -> None:
-    """And at those that exist: not after the horizon that one has for itself, or after it has left."""
+    """And only at those that have not left by then."""
     wall = Polyline([(5.0, -50.0), (5.0, 50.0)])
     for worlds, stops in ((None, True), ([0], True), ([1], False)):
         others = Tracks([(5.0, 0.0)], [(0.0, 0.0)], 0.5, worlds=worlds)

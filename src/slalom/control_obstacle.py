@@ -82,8 +82,7 @@ class ControlObstacle:
         largest_control: norm up to which the pieces of a response that is not cubic hold, see `for_controls`.
 
     Raises:
-        InvalidInput: different dimensions, a horizon that is not above 0 or beyond that of the obstacles; tracks with
-            numbers of worlds.
+        InvalidInput: different dimensions, a horizon not above 0 or beyond that of the obstacles, tracks with worlds.
     """
 
     response: Response
@@ -98,9 +97,8 @@ class ControlObstacle:
     def __post_init__(self) -> None:
         refuse_kinds(self.response, self.obstacles, self.robot, self.state)
         self.obstacles.refuse_worlds()
-        longest = self.obstacles.horizon
-        horizon = number(self.horizon, "horizon") or longest
-        if positive(horizon, "horizon") > longest:
+        horizon = number(self.horizon, "horizon") or self.obstacles.horizon
+        if positive(horizon, "horizon") > (longest := self.obstacles.horizon):
             raise InvalidInput(f"horizon: expected at most {longest:g} s, as of the obstacles, found {horizon:g} s")
         object.__setattr__(self, "horizon", horizon)
         if isinstance(self.margin, float):

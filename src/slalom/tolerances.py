@@ -1567,7 +1567,7 @@ Larger: more pieces in every table. Smaller: the motion of faster robots is less
 """
 
 STOP_DEPTH: Final = 1e-3
-"""[m] How deep in an obstacle an observed robot is predicted to stop, at most.
+"""[m] How deep in an obstacle an observed robot is predicted to stop, at most; deeper if it gets there in one period.
 
 Larger: stops are predicted later. Smaller: a robot that moves along a wall may be predicted to stop by rounding.
 """

@@ -1,7 +1,6 @@
-"""Predictions of observed robots that end at obstacles at rest: robots do not drive into walls.
+"""Predictions of observed robots that end at obstacles at rest, which robots avoid and do not drive into.
 
-A robot is predicted to stop where it would get into contact with a body that does not move within the horizon. All
-robots know these bodies, and avoid them.
+A robot is predicted to stop where it would get into contact with a body that does not move within the horizon.
 """
 
 import numpy as np
@@ -70,10 +69,10 @@ def farthest_point(k: int, paths: Paths, settings: DecisionSettings, start: Arra
 def contact_on_path(
     times: Array, points: Array, b: int, s: int, radius: float, until: float, bodies: GrownBodies, now: float
 ) -> float:
-    """When [s] a path gets into contact with body b, at rest on piece s, by more than STOP_DEPTH / 2; inf: not before.
+    """The time [s] at which a path is STOP_DEPTH / 2 to STOP_DEPTH deep in body b, at rest on piece s; inf: never.
 
-    Deeper than it is `now` [s], if it is in contact then. The path has cubic pieces between `times` (n + 1,) [s] with
-    control points (n, 4, 3) [m], and is examined up to the time `until` [s].
+    A path that is in contact `now` [s] must get deeper by that. The path has cubic pieces between `times` (n + 1,) [s]
+    with control points (n, 4, 3) [m], and is examined up to the time `until` [s].
 
     The body is convex. It lies beyond the plane through its nearest point, at right angles to the direction of that
     point, so the clearance falls no faster than the path moves along the direction.
