@@ -220,15 +220,15 @@ class Navigator:
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
-        robots = policy.robots(others, path, np.inf if previous is None else previous.regret, now)
+        table = policy.robots(others, path, np.inf if previous is None else previous.regret, now)
+        robots, own = table
         if step is not None:
-            robots.each["max_speed"][0], robots.each["final"][0] = step.max_speed, step.final
-        kernels.decide_all(ROBOT, NO_CELLS, policy.decision(robots, obstacles, request))
-        d, each = state.dimension, robots.each
-        number, regret, work = int(each["outcome"][0]), float(each["regret"][0]), 1e-6 * float(each["work"][0])
-        path, response = committed_path(robots, 0, d), policy.responses[int(each["response"][0])]
-        control, preferred = each["control"][0, :d].copy(), each["preferred"][0, :d].copy()
-        policy.give_back(robots)
+            own.max_speed[0], own.final[0] = step.max_speed, step.final
+        kernels.decide_all(ROBOT, NO_CELLS, policy.decision(table, obstacles, request))
+        number, regret, work = int(own.outcome[0]), float(own.regret[0]), 1e-6 * float(own.work[0])
+        path, response = committed_path(robots, 0, state.dimension), policy.responses[own.response[0]]
+        control, preferred = own.control.copy(), own.preferred.copy()
+        policy.give_back(table)
         if number == FALL_BACK:
             return None
         outcome = OUTCOMES[number]

@@ -1,7 +1,7 @@
 """The tables from which one robot decides: what all its decisions have in common is made once."""
 
 from math import hypot
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -9,7 +9,16 @@ from slalom.checks import Array, vector
 from slalom.decision.grown_bodies import Skeletons
 from slalom.decision.request import Request
 from slalom.decision.response_tables import response_table
-from slalom.decision.robot_tables import bounds_of, commit_to, observe, robot_table, stop_observed, target_paths
+from slalom.decision.robot_tables import (
+    RobotRow,
+    bounds_of,
+    commit_to,
+    observe,
+    robot_row,
+    robot_table,
+    stop_observed,
+    target_paths,
+)
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable, RobotTable
@@ -29,6 +38,13 @@ if TYPE_CHECKING:
 
 ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 """The objectives of the compiled policy by number."""
+
+
+class OwnTable(NamedTuple):
+    """A table of robots whose row 0 is that of the robot that decides."""
+
+    robots: RobotTable
+    own: RobotRow
 
 
 class PolicyTables:
@@ -68,11 +84,11 @@ class PolicyTables:
             budget=np.inf,
         )
         self._clearance = robot.margin + CONTACT_SLACK + float(self._table.each["error"].max())
-        self._spare: dict[tuple[int, int, int], RobotTable] = {}
+        self._spare: dict[tuple[int, int, int], OwnTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
 
-    def _filled(self, robots: RobotTable) -> RobotTable:
+    def _filled(self, robots: RobotTable) -> OwnTable:
         """The table with the shape and the limits of the robot in row 0."""
         robot, limits = self.robot, self.robot.limits
         # Nothing is known of the limits of others: they are taken to be as fast as any.
@@ -82,12 +98,12 @@ class PolicyTables:
         own["rounding"] = self._skeletons.rounding[0]
         own["radius"], own["braking"] = robot.robot.bounding_radius, limits.braking
         own["max_acceleration"] = limits.max_acceleration
-        return robots
+        return OwnTable(robots, robot_row(robots.each, 0, self.dimension))
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_spare": {}}
 
-    def robots(self, others: Tracks | None, path: Path | None, regret: float, now: float) -> RobotTable:
+    def robots(self, others: Tracks | None, path: Path | None, regret: float, now: float) -> OwnTable:
         """A table of the robot, committed to a `path` with that `regret` [s], and of others; for `decision`.
 
         Give it back after the decision, see `give_back`.
@@ -98,21 +114,21 @@ class PolicyTables:
         # A path that is cut where it gets into contact with an obstacle rests there for one piece more.
         q += self._settings.stops_at_obstacles
         # What is popped is of no other thread: decisions in several threads never have the same table.
-        robots = self._spare.pop((n, pieces, q), None) or self._filled(robot_table(n, pieces, q))
+        table = self._spare.pop((n, pieces, q), None) or self._filled(robot_table(n, pieces, q))
+        robots, own = table
         if others is not None and observed is not None:
             observe(robots, others, *observed)
         if path is None:
             robots.committed.times[0], robots.committed.points[0] = 0.0, 0.0
         else:
             commit_to(robots, 0, path)
-        own = robots.each[:1]
-        own["regret"], own["max_speed"], own["final"] = regret, limits.max_speed, True
-        return robots
+        own.regret[0], own.max_speed[0], own.final[0] = regret, limits.max_speed, True
+        return table
 
-    def give_back(self, robots: RobotTable) -> None:
-        """Keep a table of `robots` for the next decision: a new one takes 7 us, a tenth of a short decision."""
-        (n, pieces), q = robots.committed.points.shape[:2], robots.observed.points.shape[1]
-        self._spare = {(n, pieces, q): robots}
+    def give_back(self, table: OwnTable) -> None:
+        """Keep a table of robots for the next decision: a new one takes 25 us, a fifth of a short decision."""
+        (n, pieces), q = table.robots.committed.points.shape[:2], table.robots.observed.points.shape[1]
+        self._spare = {(n, pieces, q): table}
 
     def reach(self, state: State, others: Tracks | None = None) -> Reach:
         """Where bodies count for a robot in this state: also those at which others stop that it may meet."""
@@ -121,26 +137,25 @@ class PolicyTables:
             clearance += self._margin + self.robot.robot.bounding_radius + 2.0 * float(others.radii.max())
         return Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, clearance)
 
-    def decision(self, robots: RobotTable, obstacles: ObstacleWindow, request: Request) -> DecisionTables:
-        """The tables of a decision, with the robot in row 0 of `robots`.
+    def decision(self, table: OwnTable, obstacles: ObstacleWindow, request: Request) -> DecisionTables:
+        """The tables of a decision, with the robot in row 0 of a table of robots.
 
         Raises:
             InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
         """
-        d, limits = self.dimension, self.robot.limits
+        limits = self.robot.limits
         others, state, goal, now = request.others, request.state, request.target, request.now
-        own, target = robots.each[:1], goal.position(now)
-        own["position"][0, :d], own["velocity"][0, :d] = state.position, state.velocity
-        own["acceleration"][0, :d], own["target"][0, :d] = state.acceleration, target
-        own["objective"], own["wanted"][0, :d] = _wanted(request.robot.objective, self._table, state)
-        own["tolerance"], own["stop"] = goal.tolerance, goal.stop
-        targets, own["moving"] = self._at_rest, False
+        (robots, own), target = table, goal.position(now)
+        own.position[:], own.velocity[:], own.acceleration[:] = state.position, state.velocity, state.acceleration
+        own.target[:], own.tolerance[0], own.stop[0] = target, goal.tolerance, goal.stop
+        own.objective[0], own.wanted[:] = _wanted(request.robot.objective, self._table, state)
+        targets, own.moving[0] = self._at_rest, False
         if not isinstance(goal.trajectory, Stationary):
             distance = float(np.linalg.norm(target - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
-            targets, own["moving"] = target_paths([goal], now, now + self.robot.horizon + latest)
+            targets, own.moving[:] = target_paths([goal], now, now + self.robot.horizon + latest)
         # Only costs of arrival count detours.
-        detours, around = bool(self.robot.detours) and own["objective"][0] == ARRIVE, self.reach(state, others)
+        detours, around = bool(self.robot.detours) and own.objective[0] == ARRIVE, self.reach(state, others)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=detours, around=around)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))

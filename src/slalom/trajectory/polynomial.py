@@ -22,9 +22,9 @@ class Stationary(Endless):
         return self.initial_position.size
 
     def position(self, t: npt.ArrayLike) -> Array:
-        # One time, as in each decision, needs no array.
-        time = t if isinstance(t, float) else np.asarray(t, dtype=np.float64)[..., None]
-        return np.asarray(self.initial_position + 0.0 * time)
+        # One time, as in each decision, needs no array of times.
+        shape = () if isinstance(t, float) else np.shape(t)
+        return np.tile(self.initial_position, (*shape, 1)) if shape else self.initial_position.copy()
 
     def velocity(self, t: npt.ArrayLike) -> Array:
         return np.zeros((*np.shape(t), self.dimension))
