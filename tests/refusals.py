@@ -102,10 +102,10 @@ def fleet(**settings: object) -> Fleet:
     return made
 
 
-def fleet_step(made: Fleet | None = None, present: object = (1, 0)) -> object:
+def fleet_step(made: Fleet | None = None, present: object = (1, 0), **settings: object) -> object:
     """A step of this fleet, or of a new one."""
-    places = np.array([(-3.0, 0.0), (3.0, 0.0)])
-    return (made or Fleet(NAO, DISC, LIMITS, robots=2)).step(0.0, places, 0.0 * places, -places, present=present)
+    places, moves = np.array([(-3.0, 0.0), (3.0, 0.0)]), made or Fleet(NAO, DISC, LIMITS, robots=2)
+    return moves.step(0.0, places, 0.0 * places, -places, present=present, **settings)
 
 
 def no_steps() -> Recording:
@@ -566,6 +566,14 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Fleet.manoeuvres", r"robots: expected numbers below 2, found 2", lambda _: fleet().manoeuvres([2])),
     ("Fleet.manoeuvres", r"robots: expected those that were present", lambda _: fleet().manoeuvres([1])),
     ("members_of", r"names: expected 2, one for each of the robots, found 1", lambda _: fleet(names=("a",))),
+    ("members_of", r"names: expected different ones, found 'a' more than once", lambda _: fleet(names=("a", "a"))),
+    ("within_horizon", r"period: expected at most the horizon, 6 s, found 7 s", lambda _: fleet(period=7.0)),
+    (
+        "within_horizon",
+        r"period: expected at most the horizon, 2 s, found 4 s",
+        lambda _: Navigator(NAO, DISC, LIMITS, period=4.0, horizon=2.0),
+    ),
+    ("Fleet.step", r"tolerances: expected numbers above 0 m, found 0 m", lambda _: fleet_step(tolerances=(0.0, 1.0))),
     ("Navigator.fall_back", r"obstacles: expected at least one", lambda _: NAVIGATOR.fall_back(STATE, [], GOAL)),
     (
         "state_to_decide_from",

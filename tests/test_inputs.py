@@ -1607,13 +1607,13 @@ CASES = [
     Case(
         "_usable",
         InvalidInput,
-        r"tracks: expected a forecast from what is observed at one time, found Known\(\)",
+        r"tracks: expected a forecast from what is observed at one time, .*, found Known\(\)",
         lambda _: seen(forecast=Known()),
     ),
     Case(
         "_usable",
         InvalidInput,
-        r"tracks: expected a forecast from what is observed at one time, found From(Past|Models)",
+        r"tracks: expected a forecast from what is observed at one time, .* found From(Past|Models)",
         lambda _: replace(navigator(), method=METHODS["nao"].with_foresight("observed")).decide(FLAT, seen(), GOAL),
     ),
     Case(
@@ -1669,6 +1669,12 @@ CASES = [
         InvalidInput,
         r"horizon: expected at most 5000 s, found 1e\+90 s",
         lambda _: Scenario("far", (HERE,), horizon=1e90),
+    ),
+    Case(
+        "Scenario.__post_init__",
+        InvalidInput,
+        r"horizon: expected at least the period of decisions, 7 s, found 6 s",
+        lambda _: Scenario("slow", (HERE,), dt=0.5, replan=7.0),
     ),
     Case(
         "duration",

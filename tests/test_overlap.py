@@ -180,3 +180,50 @@ def test_a_robot_leaves_a_polygon_that_holds_its_center() -> None:
         state = drive(state, previous.manoeuvre.mean_acceleration(k * PERIOD, PERIOD), PERIOD)
     assert previous.outcome.safe
     assert np.all(np.diff(depths) > 0.0)
+
+
+ROOM = Obstacle(Polyline([(-3, -3), (-3, 3), (3, 3), (3, -3), (-3, -3)]), Stationary((0.0, 0.0)), "room")
+ON_IT = {"on it": (0.0, 0.0), "beside it": (0.05, 0.0), "in front": (0.25, 0.1), "behind": (-0.2, -0.02)}
+"""Positions [m] from the robot of a body that moves with it: perception that reports the robot itself, a load."""
+
+
+@pytest.mark.parametrize("method", ["vo", "avo", "ao", "nao"])
+@pytest.mark.parametrize("place", ON_IT)
+@pytest.mark.parametrize("radius", [0.3, 0.6])
+def test_a_body_that_moves_with_the_robot_presses_it_into_no_wall(radius: float, place: str, method: str) -> None:
+    """Every way out is predicted to get deeper into the body, since it keeps the velocity of the robot."""
+    robot, goal = Navigator(METHODS[method], Disc(RADIUS), Limits(1.5, 1.0)), Goal(Stationary((2.0, 0.0)), stop=True)
+    state, previous = State((0.0, 0.0), (0.0, 0.0)), None
+    for k in range(90):
+        now = k * PERIOD
+        body = Tracks([state.position + ON_IT[place]], [state.velocity], radius, now)
+        previous = robot.decide(state, [ROOM, body], goal, now=now, previous=previous)
+        assert previous.outcome is Outcome.ESCAPING
+        state = drive(state, previous.manoeuvre.mean_acceleration(now, PERIOD), PERIOD)
+        assert clearances(robot.robot, [ROOM], state, now)[0] >= -CONTACT_SLACK
+
+
+@pytest.mark.parametrize("same_target", [False, True])
+@pytest.mark.parametrize("name", ["nao", "nao_shared", "rvo", "vo"])
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_robots_at_one_position_leave_it_in_different_directions(count: int, name: str, same_target: bool) -> None:
+    """They have no direction from each other."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    targets = 4.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1) * (not same_target)
+    fleet = Fleet(METHODS[name], Disc(RADIUS), Limits(1.5, 2.0), robots=count)
+    positions, velocities, others = np.ones((count, 2)), np.zeros((count, 2)), ~np.eye(count, dtype=bool)
+    for k in range(40):
+        decided = fleet.step(k * PERIOD, positions, velocities, targets)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, PERIOD)
+    apart = np.linalg.norm(positions[:, None] - positions, axis=2)[others]
+    assert apart.min() > 2.0 * RADIUS - 1e-4
+
+
+def test_balls_at_one_position_leave_it() -> None:
+    """In space too."""
+    fleet = Fleet(METHODS["nao"], disc_or_ball(RADIUS, 3), Limits(1.5, 2.0), robots=2)
+    positions, velocities, targets = np.zeros((2, 3)), np.zeros((2, 3)), np.array([(0.0, 0.0, 5.0), (0.0, 0.0, -5.0)])
+    for k in range(40):
+        decided = fleet.step(k * PERIOD, positions, velocities, targets)
+        positions, velocities = integrate(positions, velocities, decided.accelerations, PERIOD)
+    assert np.linalg.norm(positions[1] - positions[0]) > 2.0 * RADIUS

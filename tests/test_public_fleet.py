@@ -1,5 +1,6 @@
 """`Fleet`: robots that decide together in a loop that belongs to the caller."""
 
+import copy
 import pickle
 from dataclasses import replace
 
@@ -89,14 +90,18 @@ def test_robots_of_several_shapes_swap_places(name: str) -> None:
     assert np.linalg.norm(velocities, axis=1).max() < 0.5
 
 
+COPIES = {"pickled": lambda fleet: pickle.loads(pickle.dumps(fleet)), "copied": copy.copy, "deep": copy.deepcopy}
+
+
+@pytest.mark.parametrize("how", COPIES)
 @pytest.mark.parametrize("guided", [False, True])
-def test_a_pickled_fleet_goes_on_equal_to_the_bit(guided: bool) -> None:
+def test_a_copy_of_a_fleet_goes_on_equal_to_the_bit(guided: bool, how: str) -> None:
     fleet = Fleet(METHODS["nao"], Disc(0.5), Limits(1.5, 2.0), robots=6, guided=guided)
     starts, targets = swap(6)
     first, velocities = drive(fleet, starts, targets, 20)
-    copy = pickle.loads(pickle.dumps(fleet))
+    saved = COPIES[how](fleet)
     one, _ = drive(fleet, first[-1], targets, 20, 20, velocities)
-    other, _ = drive(copy, first[-1], targets, 20, 20, velocities)
+    other, _ = drive(saved, first[-1], targets, 20, 20, velocities)
     np.testing.assert_array_equal(one, other)
 
 

@@ -38,6 +38,16 @@ DEEPER_BY: Final = (0.001, 0.004, 0.016, 0.064, 0.256)
 More of them: it gets less deep, and such decisions take longer. Larger: bodies that press it may push it through walls.
 """
 
+SAME_POSITION: Final = 1e-6
+"""[m] Robots that overlap and are nearer to each other than this leave in directions by their numbers.
+
+Larger: robots next to each other leave in directions that have nothing to do with their positions. Smaller than the
+rounding of positions: robots that start at one position stay together.
+"""
+
+GOLDEN_ANGLE: Final = 2.399963229728653
+"""[rad] Angle between the directions of robots that follow each other by number: no two directions are near."""
+
 BALL_FILLED: Final = 0.4
 """[1] Share of its bounding ball that an obstacle fills if the cost of a detour around it counts that ball.
 

@@ -13,7 +13,8 @@ def compile_(
 ) -> None:
     """Compile all kernels, once after an installation; decisions after it compile nothing.
 
-    Without it, the first use compiles the kernels that it needs. The result is kept on disk for this user.
+    Without it, the first use compiles the kernels that it needs. The result is kept on disk for this user. Each process
+    loads kernels when it first uses them; `slalom.compile()` in Python loads all.
     """
     from slalom.checks import known, whole
     from slalom.precompile import USES, compile as compile_uses

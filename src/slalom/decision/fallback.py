@@ -1,5 +1,8 @@
 """What the policy leaves open: the least impact within a period, rest before a contact, the way out of an overlap."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from slalom.checks import Array
@@ -7,10 +10,11 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, Outcome, made
 from slalom.manoeuvre import Manoeuvre
 from slalom.objective import Situation
+from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 from slalom.selection import select
 from slalom.shape import Shape
-from slalom.tolerances import AT_REST, DEEPEST, SHALLOW_OVERLAP
+from slalom.tolerances import AT_REST, DEEPER_BY, DEEPEST, SHALLOW_OVERLAP
 
 
 def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:
@@ -42,7 +46,7 @@ def escape_velocity(s: Situation, blocked: ControlObstacle) -> Array:
     return np.asarray(obstacle_velocity + s.limits.max_speed * direction / np.linalg.norm(direction))
 
 
-def least_deepening(s: Situation, robot: Shape, period: float, blocked: ControlObstacle) -> Array:
+def _least_deepening(s: Situation, period: float, blocked: ControlObstacle) -> Array:
     """How much deeper [m] the robot gets into each obstacle (n,) within this period, whatever it does: 0 for most.
 
     It is found by doubling, so up to twice as much; infinite for an obstacle that no depth up to DEEPEST frees it from.
@@ -53,13 +57,48 @@ def least_deepening(s: Situation, robot: Shape, period: float, blocked: ControlO
         only = obstacles.without(every != index)
         while deeper[index] < np.inf:
             touched = only.touched_from(s.state.position, deeper)
-            alone = ControlObstacle(s.response, s.state, touched, robot, horizon=period)
+            alone = ControlObstacle(s.response, s.state, touched, blocked.robot, horizon=period)
             if select(coast, s.admissible, alone).safe:
                 break
             deeper[index] = max(2.0 * deeper[index], SHALLOW_OVERLAP)
             if deeper[index] > DEEPEST:
                 deeper[index] = np.inf
     return deeper
+
+
+def way_out(
+    s: Situation, period: float, blocked: ControlObstacle, decide: Callable[[ObstacleWindow], Decision | None]
+) -> Decision | None:
+    """Decision of a robot that overlaps obstacles: no deeper into any if possible, else rather into moving ones.
+
+    decide: makes the decision of the robot among other obstacles, in which it overlaps none; None if it has none.
+    """
+    obstacles, position = blocked.obstacles, s.state.position
+    deeper = _least_deepening(s, period, blocked)
+    found = decide(obstacles.touched_from(position, deeper))
+    moving = [k for k in blocked.overlapping.tolist() if _is_moving(obstacles.obstacle(k), s.now)]
+    if moving and (found is None or not found.safe):
+        into_moving = deeper.copy()
+        into_moving[moving] = np.inf
+        others = obstacles.touched_from(position, into_moving)
+        if found is None or _too_late_to_stop(found, s, period, replace(blocked, obstacles=others)):
+            found = decide(others) or found
+    for all_by in DEEPER_BY:
+        found = found or decide(obstacles.touched_from(position, deeper, all_by))
+    return found
+
+
+def _too_late_to_stop(decision: Decision, s: Situation, period: float, others: ControlObstacle) -> bool:
+    """Whether a decision hits another obstacle before a robot that brakes one period later has stopped."""
+    manoeuvre = decision.manoeuvre
+    times = replace(others, response=manoeuvre.response).times_to_collision(manoeuvre.control)
+    to_stop = float(np.linalg.norm(s.state.velocity)) / s.limits.braking
+    return bool(times.min(initial=np.inf) <= period + to_stop)
+
+
+def _is_moving(obstacle: Obstacle, now: float) -> bool:
+    """Whether an obstacle moves at `now` [s]."""
+    return bool(np.linalg.norm(obstacle.trajectory.velocity(now)) > AT_REST)
 
 
 def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle) -> Decision:

@@ -10,7 +10,7 @@ from slalom import kernels
 from slalom.checks import OBJECTIVE, Array, has, not_negative, number
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
-from slalom.decision.fallback import escape_velocity, least_deepening, least_impact, leave, stop
+from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
 from slalom.decision.futures import Risk, least_given_up, levels, time_of
 from slalom.decision.navigator_checks import check_dimensions, check_settings, goal_or_place, is_compiled
 from slalom.decision.navigator_tables import PolicyTables
@@ -33,7 +33,7 @@ from slalom.response import Response
 from slalom.response.pieces import rest_time
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, DEEPER_BY, PATH_BRAKING
+from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
 
 OUTCOMES = (
     Outcome.CLEAR,
@@ -279,16 +279,13 @@ class Navigator:
 
     def _escape(self, s: Situation, goal: Goal, overlap_test: ControlObstacle) -> Decision:
         """Decision of a robot that overlaps obstacles: leave them, and get no deeper into any of them if possible."""
-        obstacles, position = overlap_test.obstacles, s.state.position
         velocity = escape_velocity(s, overlap_test)
         robot = replace(self, objective=FollowVelocity(velocity))
-        deeper = least_deepening(s, self.robot, self.period, overlap_test)
-        for all_by in (0.0, *DEEPER_BY):
-            others = obstacles.touched_from(position, deeper, all_by)
-            found = robot._decide(others, Request(robot, (), None, s.state, goal, None, s.now, None, np.inf))
-            if found is not None:
-                blocked = partial(ControlObstacle, found.manoeuvre.response, s.state, obstacles, self.robot)
-                return replace(found, outcome=Outcome.ESCAPING, control_obstacle=blocked)
+        request = Request(robot, (), None, s.state, goal, None, s.now, None, np.inf)
+        found = way_out(s, self.period, overlap_test, lambda window: robot._decide(window, request))
+        if found is not None:
+            blocked = partial(ControlObstacle, found.manoeuvre.response, s.state, overlap_test.obstacles, self.robot)
+            return replace(found, outcome=Outcome.ESCAPING, control_obstacle=blocked)
         return leave(s, self.period, velocity, overlap_test)
 
     def control_obstacle(

@@ -42,8 +42,7 @@ def check_settings(robot: "Navigator") -> None:
     """Raise InvalidInput for settings of wrong kinds or out of range."""
     has(robot.method, *METHOD, "method")
     has(robot.robot, *SHAPE, "robot")
-    duration(robot.period, "period")
-    duration(robot.horizon, "horizon")
+    within_horizon(duration(robot.period, "period"), duration(robot.horizon, "horizon"))
     not_negative(robot.margin, "margin")
     not_negative(robot.patience, "patience")
     positive(robot.stuck_after, "stuck_after")
@@ -54,6 +53,12 @@ def check_settings(robot: "Navigator") -> None:
         has(robot.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
     checked_holds(robot.holds)
     checked_detours(robot.detours)
+
+
+def within_horizon(period: float, horizon: float) -> None:
+    """Raise InvalidInput for a period [s] of decisions above the horizon [s]: a robot may collide between them."""
+    if period > horizon:
+        raise InvalidInput(f"period: expected at most the horizon, {horizon:g} s, found {period:g} s")
 
 
 def checked_holds(holds: Sequence[float]) -> tuple[float, ...]:

@@ -20,10 +20,12 @@ from slalom.kernels.decision.tables import (
 )
 from slalom.kernels.records import Records, zero_records
 from slalom.limits import Limits
+from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle.tracks import Tracks
 from slalom.path import Path
 from slalom.state import State
-from slalom.trajectory import Stationary
+from slalom.tolerances import GOLDEN_ANGLE, SAME_POSITION
+from slalom.trajectory import PiecewisePolynomial, Stationary
 
 
 def target_paths(goals: Sequence[Goal], start: float, end: float) -> tuple[TargetPaths, Flags]:
@@ -153,6 +155,20 @@ def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> 
     q = points.shape[1]
     robots.observed.times[1:] = times[:, -1:]
     robots.observed.times[1:, : q + 1], robots.observed.points[1:, :q, :, :d] = times, points
+
+
+def observed_path(robots: RobotTable, j: int, k: int, dimension: int) -> PiecewisePolynomial:
+    """The path of the robot in row j as the one in row k predicts it.
+
+    Two robots at the same position have no direction from each other, and would leave in the same one. They count as
+    displaced by SAME_POSITION, each in a direction of its own.
+    """
+    points, each = robots.observed.points[j, ..., :dimension], robots.each["position"]
+    if np.linalg.norm(each[j] - each[k]) < SAME_POSITION:
+        angles = GOLDEN_ANGLE * np.array([j, k])
+        directions = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)[:, :dimension]
+        points = points + SAME_POSITION * (directions[0] - directions[1])
+    return piecewise_polynomial(robots.observed.times[j], points)
 
 
 def stop_observed(kind: int, robots: RobotTable, bodies: GrownBodies, settings: DecisionSettings) -> None:

@@ -13,12 +13,13 @@ from slalom.decision import Outcome
 from slalom.decision.approach import Approaches
 from slalom.decision.grown_bodies import Skeletons
 from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
-from slalom.decision.navigator_checks import checked_detours, checked_holds
+from slalom.decision.navigator_checks import checked_detours, checked_holds, within_horizon
 from slalom.decision.navigator_tables import ARRIVE
 from slalom.decision.response_tables import response_table
 from slalom.decision.robot_tables import (
     bounds_of,
     commit_to,
+    observed_path,
     publish,
     reaches,
     robot_table,
@@ -37,7 +38,6 @@ from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
 from slalom.limits import Limits
-from slalom.linear_forecast import piecewise_polynomial
 from slalom.manoeuvre import Manoeuvre, first_manoeuvre
 from slalom.methods import HOLDS, Method, margin_among
 from slalom.obstacle import Obstacle
@@ -91,6 +91,7 @@ class CommittedFleet:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
         self.period, self.horizon = duration(period, "period"), duration(horizon, "horizon")
+        within_horizon(self.period, self.horizon)
         self.holds, self.detours = checked_holds(holds), checked_detours(detours)
         self.patience = not_negative(patience, "patience")
         delay, noise = not_negative(observation_delay, "observation_delay"), observation_noise
@@ -277,7 +278,7 @@ class CommittedFleet:
         others = []
         for j in np.flatnonzero(met):
             if number[j] != k:
-                path = piecewise_polynomial(table.observed.times[j], table.observed.points[j, ..., :d])
+                path = observed_path(table, int(j), k, d)
                 # A path that lasts beyond the horizon is not continued, which would take longer than its pieces.
                 lasts = path.span[1] > now + self.horizon
                 shape = self.members.shapes[number[j]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +53,7 @@ class Fleet(CommittedFleet):
     With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. With other
     methods each predicts the others from their present states. In a fleet of several methods a robot receives the
     manoeuvre of another only if both have the method `nao_shared`. The result depends neither on threads nor on the
-    hash seed. A fleet can be pickled and copied; it goes on equal to the bit.
+    hash seed. A fleet can be pickled and copied; the copy goes on equal to the bit.
 
     Args:
         method: a row of the table of methods. shapes, limits, margin, priority: see below.
@@ -87,6 +88,9 @@ class Fleet(CommittedFleet):
             in space, in several worlds, in a world that repeats, or with a hidden speed; guidance in space or in
             several worlds.
     """
+
+    def __copy__(self) -> Fleet:
+        return deepcopy(self)  # the same tables in two fleets would be those of none
 
     def step(
         self,
@@ -131,6 +135,8 @@ class Fleet(CommittedFleet):
         if accelerations is not None:
             each["acceleration"][:, :d] = array_of(accelerations, "accelerations", (n, d))
         each["tolerance"], each["stop"] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
+        if not np.all(each["tolerance"] > 0.0):
+            raise InvalidInput(f"tolerances: expected numbers above 0 m, found {each['tolerance'].min():g} m")
         each["present"] = there
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
         around = [self.obstacles, *fitting(others, self.dimension, now, "others", "fleet")]

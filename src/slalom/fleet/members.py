@@ -1,5 +1,6 @@
 """Settings of each robot of a fleet: method, shape, limits, margin, priority and world."""
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
@@ -53,6 +54,9 @@ def members_of(
         listing(names, "names", "names")
         if len(names) != n:
             raise InvalidInput(f"names: expected {n}, one for each of the robots, found {len(names)}")
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise InvalidInput(f"names: expected different ones, found {twice[0]!r} more than once")
     methods = [one.among_robots() for one in _methods(method, n)]
     margins, priorities = each_number(margin, "margin", n), each_number(priority, "priority", n)
     if np.any(margins < 0.0):

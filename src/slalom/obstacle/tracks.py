@@ -294,7 +294,9 @@ _COLUMNS = ("positions", "velocities", "accelerations")
 def _usable(forecast: Forecast) -> Forecast:
     has(forecast, *FORECAST, "forecast")
     if isinstance(forecast, OBSERVING) or forecast.includes_future:
-        raise InvalidInput(f"tracks: expected a forecast from what is observed at one time, found {forecast}")
+        raise InvalidInput(
+            f"tracks: expected a forecast from what is observed at one time, as of nao or nao@present, found {forecast}"
+        )
     return forecast
 
 

@@ -160,7 +160,7 @@ class Scenario:
         for name in ("margin", "patience", "guided"):
             not_negative(getattr(self, name), name)
         checked_holds(self.holds)
-        for name, mistake in too_long(self.duration, self.dt, self.horizon, self.holds):
+        for name, mistake in unfit_times(self.duration, self.dt, self.replan, self.horizon, self.holds):
             raise InvalidInput(f"{name}: {mistake}")
         not_negative(self.replan, "replan")
         whole_periods(self.replan, self.dt)
@@ -275,13 +275,17 @@ class Scenario:
         )
 
 
-def too_long(duration: float, dt: float, horizon: float, holds: Sequence[float]) -> Iterator[tuple[str, str]]:
-    """The names of times [s] that are too long for a run, each with the expected and the found value."""
+def unfit_times(
+    duration: float, dt: float, replan: float, horizon: float, holds: Sequence[float]
+) -> Iterator[tuple[str, str]]:
+    """The names of times [s] that do not fit a run or each other, each with the expected and the found value."""
     if duration > MAX_STEPS * dt:
         yield "duration", f"expected at most {MAX_STEPS} steps of dt = {dt:g} s, found {duration:g} s"
     for name, value in (("horizon", horizon), ("holds", max(holds, default=0.0))):
         if value > MAX_HORIZON:
             yield name, f"expected at most {MAX_HORIZON:g} s, found {value:g} s"
+    if horizon < max(dt, replan):
+        yield "horizon", f"expected at least the period of decisions, {max(dt, replan):g} s, found {horizon:g} s"
 
 
 def whole_periods(interval: float, dt: float, name: str = "replan") -> int:

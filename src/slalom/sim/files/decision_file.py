@@ -38,7 +38,7 @@ from slalom.sim.files.schema_decision import (
 )
 from slalom.sim.files.schema_robot import heading_of
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, in_order, messages
-from slalom.sim.scenario import too_long
+from slalom.sim.scenario import unfit_times
 from slalom.state import State
 from slalom.tolerances import JSON_LINES
 
@@ -116,7 +116,7 @@ def _inputs(spec: DecisionSpec) -> DecisionInputs:
 
 
 def _navigator(spec: NavigatorSpec) -> Navigator:
-    for name, mistake in too_long(spec.horizon, spec.period, spec.horizon, spec.holds):
+    for name, mistake in unfit_times(spec.horizon, spec.period, 0.0, spec.horizon, spec.holds):
         raise InvalidInput(f"navigator.{'period' if name == 'duration' else name}: {mistake}")
     return Navigator(
         replace(method(spec.method), shared=False, looks_ahead=False),

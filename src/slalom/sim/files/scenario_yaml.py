@@ -22,7 +22,7 @@ from slalom.sim.files.schema_group import GroupSpec, WrittenRobot, is_group, rob
 from slalom.sim.files.schema_recording import RecordingSpec
 from slalom.sim.files.schema_robot import HalfSpaceSpec, ObstacleSpec, RobotSpec, heading_of
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, in_order, messages
-from slalom.sim.scenario import SETTINGS, Robot, Scenario, too_long, whole_periods
+from slalom.sim.scenario import SETTINGS, Robot, Scenario, unfit_times, whole_periods
 from slalom.state import State
 from slalom.tolerances import WHOLE_COUNT
 
@@ -88,7 +88,8 @@ class _Parts(Mistakes):
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
             self.attempt(("period",), lambda: checked_period(period, d, 0.0, "period"))
-        for name, mistake in too_long(spec.duration, spec.dt, spec.horizon, spec.holds) if spec else ():
+        times = (spec.duration, spec.dt, spec.replan, spec.horizon, spec.holds) if spec else None
+        for name, mistake in unfit_times(*times) if times else ():
             self.note((name,), mistake)
         if spec is None or self.mistakes:
             return None
