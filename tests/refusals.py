@@ -563,6 +563,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("flag", r"stop: expected True or False, found 0\.5", lambda _: Goal(Stationary((9, 0)), stop=0.5)),
     ("flags", r"present: expected True or False", lambda _: fleet_step(present=(0.5, 1))),
     ("text", r"name: expected text, found 1", lambda _: method(1)),
+    ("whole", r"robots: expected a whole number of 1 or more, found 0", lambda _: Fleet(NAO, DISC, LIMITS, robots=0)),
     ("Fleet.manoeuvres", r"robots: expected numbers below 2, found 2", lambda _: fleet().manoeuvres([2])),
     ("Fleet.manoeuvres", r"robots: expected those that were present", lambda _: fleet().manoeuvres([1])),
     ("members_of", r"names: expected 2, one for each of the robots, found 1", lambda _: fleet(names=("a",))),

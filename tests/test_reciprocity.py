@@ -158,3 +158,12 @@ def test_obstacles_are_predicted_as_before():
     rock = Obstacle(Disc(0.4), ConstantVelocity((5.0, 0.1), (-1.0, 0.0)))
     tracks = Tracks([(5.0, 0.1)], [(-1.0, 0.0)], 0.4)
     assert np.allclose(chosen(None, [rock]), chosen(None, [tracks]), atol=1e-9)
+
+
+def test_one_share_is_that_of_all() -> None:
+    robot, goal = Navigator(method("nao"), Disc(0.3), Limits(1.5, 2.0)), Goal(Stationary((9.0, 0.0)))
+    decisions = []
+    for shares in (0.4, [0.4, 0.4]):
+        people = Tracks([(4.0, 0.2), (6.0, -0.3)], [(-1.0, 0.0), (-0.5, 0.0)], 0.3, shares=shares)
+        decisions.append(robot.decide(State((0.0, 0.0), (1.0, 0.0)), [], goal, robots=people))
+    np.testing.assert_array_equal(*(decision.manoeuvre.control for decision in decisions))

@@ -93,7 +93,7 @@ def _count(given: Sequence[object], robots: int | None) -> int:
     """The number of robots. Raises InvalidInput if it is not given, or given twice and differently."""
     counts = {len(each) for each in given if isinstance(each, Sequence)}
     if robots is not None:
-        counts.add(whole(robots, "robots"))
+        counts.add(whole(robots, "robots", 1))
     if len(counts) != 1 or min(counts) < 1:
         expected = "one number above 0, by methods, shapes, limits or robots"
         raise InvalidInput(f"robots: expected {expected}, found {sorted(counts)}")

@@ -14,6 +14,7 @@ from slalom.checks import (
     Array,
     array,
     array_of,
+    each_number,
     has,
     listing,
     not_huge,
@@ -50,8 +51,8 @@ class Tracks:
         uncertainty: bound on the distance from the prediction as a function of the time since t, one for all or a
             sequence with one for each; None: exact.
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
-        shares: (n,) part [1] of the avoidance that each does itself, from 0 to 0.5, as `Reciprocity` estimates it. It
-            counts for `Navigator.decide(robots=)`; None: as the method says.
+        shares: (n,) or one for all, part [1] of the avoidance that each does itself, from 0 to 0.5, as `Reciprocity`
+            estimates it. It counts for `Navigator.decide(robots=)`; None: as the method says.
         probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
 
@@ -125,13 +126,13 @@ class Tracks:
         return len(self.states)
 
     def _checked(self, shares: npt.ArrayLike) -> Array:
-        found = array_of(shares, "shares", (len(self),))
+        found = each_number(shares, "shares", len(self))
         if np.any((found < 0.0) | (found > 0.5)):
             raise InvalidInput(f"shares: expected numbers from 0 to 0.5, found {found.tolist()}")
         return found
 
     def with_shares(self, shares: npt.ArrayLike) -> "Tracks":
-        """The same tracks with other `shares` (n,). Raises InvalidInput for numbers outside of 0 to 0.5."""
+        """The same tracks with other `shares`, (n,) or one. Raises InvalidInput for numbers outside of 0 to 0.5."""
         return self._changed(shares=self._checked(shares))
 
     @property
