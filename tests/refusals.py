@@ -335,6 +335,11 @@ OF_GYM: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Scenes.__init__", r"scenario: expected a name, .* found 3", gym(lambda g: g.RobotEnv(3))),
     (
         "Scenes.begin",
+        r"options: expected 'scenario_seed' or an option of a wrapper, found 'scenrio_seed'; did you mean",
+        gym(lambda g: g.RobotEnv(SCENE).reset(options={"scenrio_seed": 1})),
+    ),
+    (
+        "Scenes.begin",
         r"options\['scenario_seed'\]: expected a whole number, found 0\.5",
         gym(lambda g: g.RobotEnv(SCENE).reset(options={"scenario_seed": 0.5})),
     ),
@@ -567,6 +572,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("Fleet.manoeuvres", r"robots: expected numbers below 2, found 2", lambda _: fleet().manoeuvres([2])),
     ("Fleet.manoeuvres", r"robots: expected those that were present", lambda _: fleet().manoeuvres([1])),
     ("members_of", r"names: expected 2, one for each of the robots, found 1", lambda _: fleet(names=("a",))),
+    ("text", r"names\[1\]: expected text, found 2", lambda _: fleet(names=("a", 2))),
     ("members_of", r"names: expected different ones, found 'a' more than once", lambda _: fleet(names=("a", "a"))),
     ("within_horizon", r"period: expected at most the horizon, 6 s, found 7 s", lambda _: fleet(period=7.0)),
     (

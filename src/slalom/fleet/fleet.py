@@ -82,15 +82,15 @@ class Fleet(CommittedFleet):
             safety: it is for robots that would block each other. In the plane, in one world; for targets only.
 
     Raises:
-        InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions; with
-            shared manoeuvres, a horizon shorter than one of them; priorities where a method does not share the
-            avoidance, or with a ratio above PRIORITY_RATIO; a period of the world below the width of a robot; a sight
-            in space, in several worlds, in a world that repeats, or with a hidden speed; guidance in space or in
-            several worlds.
+        InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions;
+            equal names; a period above the horizon; with shared manoeuvres, a horizon shorter than one of them;
+            priorities where a method does not share the avoidance, or with a ratio above PRIORITY_RATIO; a period of
+            the world below the width of a robot; a sight in space, in several worlds, in a world that repeats, or with
+            a hidden speed; guidance in space or in several worlds.
     """
 
     def __copy__(self) -> Fleet:
-        return deepcopy(self)  # the same tables in two fleets would be those of none
+        return deepcopy(self)  # a step changes the tables in place
 
     def step(
         self,
@@ -123,8 +123,9 @@ class Fleet(CommittedFleet):
             others: bodies that do not avoid this fleet: observed `Tracks`, or the `manoeuvres` of another fleet.
 
         Raises:
-            InvalidInput: arrays of other shapes, values that are not finite, not one of targets, desired velocities and
-                paths, a time before that of the last step, headings in space; no targets for a guided fleet.
+            InvalidInput: arrays of other shapes, values that are not finite, a tolerance of 0, not one of targets,
+                desired velocities and paths, a time before that of the last step, headings in space; no targets for a
+                guided fleet.
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import LIMITS, METHOD, SHAPE, Array, each_number, has, listing, whole, whole_numbers
+from slalom.checks import LIMITS, METHOD, SHAPE, Array, each_number, has, listing, text, whole, whole_numbers
 from slalom.errors import InvalidInput
 from slalom.kernels.arrays import Indices
 from slalom.limits import Limits
@@ -43,8 +43,8 @@ def members_of(
     """The robots of a fleet, see `Fleet`.
 
     Raises:
-        InvalidInput: sequences of different lengths, a method for one robot alone, values out of range, a priority
-            among robots whose method does not share the avoidance.
+        InvalidInput: sequences of different lengths, equal names, a method for one robot alone, values out of range, a
+            priority among robots whose method does not share the avoidance.
     """
     n = _count((method, shapes, limits), robots)
     for k, (shape, each) in enumerate(zip(_each(shapes, n), _each(limits, n))):
@@ -54,7 +54,8 @@ def members_of(
         listing(names, "names", "names")
         if len(names) != n:
             raise InvalidInput(f"names: expected {n}, one for each of the robots, found {len(names)}")
-        twice = [name for name, count in Counter(names).items() if count > 1]
+        counts = Counter(text(name, f"names[{k}]") for k, name in enumerate(names))
+        twice = [name for name, count in counts.items() if count > 1]
         if twice:
             raise InvalidInput(f"names: expected different ones, found {twice[0]!r} more than once")
     methods = [one.among_robots() for one in _methods(method, n)]

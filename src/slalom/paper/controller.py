@@ -125,7 +125,7 @@ def run(
     lanes = CarLanes(obstacles, known=METHODS[rules.method].forecast == Known())
     state, current, has_left = start, None, False
     robot = Robot(ROBOT, Limits(UNREACHED_SPEED, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
-    scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan)
+    scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan, horizon=rules.horizon)
     log = RunLog(scenario, rules.method, 0, METHODS[rules.method].foresight)
     for k in range(round(max_duration / rules.replan)):
         now = k * rules.replan

@@ -9,7 +9,7 @@ from gymnasium.spaces import Box
 
 from slalom.adapters.gym.motion import Motion
 from slalom.adapters.gym.worlds import Worlds
-from slalom.checks import has, mapping, whole
+from slalom.checks import did_you_mean, has, mapping, whole
 from slalom.errors import InvalidInput
 from slalom.sim.gallery import build
 from slalom.sim.scenario import Scenario
@@ -59,10 +59,13 @@ class Scenes:
         Other options are those of wrappers.
 
         Raises:
-            InvalidInput: a seed that is not a whole number.
+            InvalidInput: a seed that is not a whole number; an option whose name is nearly that of the seed.
         """
         given = {} if options is None else options
         mapping(given, "options by name", "options")
+        for name in given:
+            if name != SEED and (hint := did_you_mean(name, [SEED])):
+                raise InvalidInput(f"options: expected {SEED!r} or an option of a wrapper, found {name!r}{hint}")
         drawn = int(rng.integers(SEEDS if self._layouts is None else self._layouts))
         seed = given.get(SEED, drawn)
         if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
