@@ -8,6 +8,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.checks import TRAJECTORY, Array, flag, has, positive
 from slalom.limits import Limits
+from slalom.tolerances import AT_REST, BRAKING_SHARE
 from slalom.trajectory import Stationary, Trajectory
 from slalom.trajectory.protocol import FOREVER
 
@@ -67,40 +68,50 @@ class Goal:
             duration = min(float(distance) / limits.max_speed, 2.0 * duration + 10.0)
         return self.position(now + duration)
 
-    def desired_velocity(self, position: Array, velocity: Array, now: float, limits: Limits) -> Array:
+    def desired_velocity(
+        self, position: Array, velocity: Array, now: float, limits: Limits, period: float = 0.0
+    ) -> Array:
         """Velocity (d,) [m/s] that leads a robot in this state to the goal as soon as possible.
 
-        It points to the interception point, at max_speed or, if lower, the speed at which the robot can still turn
-        there. The arc from the present heading to the point has the radius distance / (2 sin angle); without this limit
-        robots orbit their goals. With `stop` the speed relative to the goal is at most what 0.7 of max_acceleration can
-        brake within the distance.
+        To pass: it points to the interception point, at max_speed or, if lower, the speed at which the robot can still
+        turn there. The arc from the present heading to the point has the radius distance / (2 sin angle); without this
+        limit robots orbit their goals. With `stop`: the velocity to have after `period` [s]. From there the robot comes
+        to rest at the goal exactly, relative to it, if it brakes by BRAKING_SHARE of what its limits allow in whole
+        periods. A robot at rest within the tolerance stays there.
         """
-        desired = np.empty_like(position)
         if not self.stop:
+            desired = np.empty_like(position)
             displacement = self.interception_point(position, now, limits) - position
             kernels.passing_velocity(displacement, velocity, limits.max_acceleration, limits.max_speed, desired)
             return desired
-        displacement = self.position(now) - position
-        kernels.stopping_velocity(displacement, limits.max_acceleration, limits.max_speed, desired)
-        desired += self.velocity(now)
+        relative, then = velocity - self.velocity(now), self.velocity(now + period)
+        away = self.position(now + period) - position - 0.5 * period * (velocity + then)
+        left = max(float(np.linalg.norm(away)), 1e-300)
+        speed = min(kernels.stopping_speed(left, float(period), BRAKING_SHARE * limits.braking), limits.max_speed)
+        if self._rests(self.position(now) - position, relative):
+            speed = 0.0
+        desired = then + away * (speed / left)
         return np.asarray(desired / max(float(np.linalg.norm(desired)) / limits.max_speed, 1.0))
+
+    def _rests(self, away: Array, relative_velocity: Array) -> bool:
+        """Whether a robot at displacement `away` (d,) [m] from the goal rests there."""
+        return bool(np.linalg.norm(away) <= self.tolerance and np.linalg.norm(relative_velocity) <= AT_REST)
 
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits) -> float:
         """Estimated time [s] that a robot in this state needs to the goal without obstacles.
 
         To pass a goal at rest: the earliest arrival under one constant acceleration followed by coasting, exact
         (`kernels/decision/time_to_go.py`). A moving goal is evaluated where it is intercepted. With `stop`: exact on a
-        line for a robot that can still brake within its distance. A change of velocity dv costs |dv|^2 / (2 a v).
+        line, with the deceleration of `desired_velocity`.
         """
-        max_speed, max_acceleration = limits.max_speed, limits.max_acceleration
-        if not self.stop:
-            duration = 0.0
-            for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
-                displacement = self.position(now + duration) - position
-                duration = kernels.earliest_arrival(
-                    displacement, velocity, max_acceleration, max_speed, 0.5 * self.tolerance
-                )
-            return float(duration)
-        distance = max(0.0, float(np.linalg.norm(self.position(now) - position)) - self.tolerance)
-        velocity_change = float(np.linalg.norm(self.desired_velocity(position, velocity, now, limits) - velocity))
-        return float(kernels.time_to_stop(distance, velocity_change, max_acceleration, max_speed))
+        most, top, braking = limits.max_acceleration, limits.max_speed, BRAKING_SHARE * limits.braking
+        if self.stop:
+            away, relative = self.position(now) - position, velocity - self.velocity(now)
+            if self._rests(away, relative):
+                return 0.0
+            return float(kernels.time_to_rest(away, relative, most, braking, top))
+        duration = 0.0
+        for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
+            displacement = self.position(now + duration) - position
+            duration = kernels.earliest_arrival(displacement, velocity, most, top, 0.5 * self.tolerance)
+        return float(duration)

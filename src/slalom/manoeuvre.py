@@ -97,7 +97,7 @@ class Manoeuvre:
 
     def settled_time(self, period: float, horizon: float) -> float:
         """Absolute time [s] at which the control has settled, at the earliest one period after the start."""
-        return self.start + max(period, self.response.settled(horizon))
+        return self.start + (period if self.response.restartable else max(period, self.response.settled(horizon)))
 
     def continuation(self, state: State, now: float) -> "Continuation":
         """Rest of the manoeuvre for a robot in `state` at `now` [s], which may deviate slightly from it."""

@@ -279,8 +279,8 @@ COST_TIE: Final = 1e-9
 Larger: more ties. Smaller: rounding decides which response is taken.
 """
 
-MIN_IMPROVEMENT: Final = 0.2
-"""[1] Share of `patience` by which the optimistic cost of a response must be below the least cost found so far.
+MIN_IMPROVEMENT: Final = 0.02
+"""[s] By this much the optimistic cost of a response must be below the least cost found so far.
 
 Other responses are not examined. Larger: fewer are, and arrivals are later by up to this. 0: all that may be better.
 """
@@ -421,10 +421,16 @@ AIM_TIMES: Final = 64
 Larger: an earlier aim at more cost. Smaller: the aim is later than it could be.
 """
 
-REFINED_AIM_TIMES: Final = 17
-"""[1] Times between two of these, at which the earliest aim is sought once one is found.
+AIM_STEPS: Final = 60
+"""[1] Most steps of regula falsi towards the earliest aim; seldom more than ten.
 
-Larger: an earlier aim at more cost. Smaller: the aim is later than it could be.
+Smaller: the aim is later than it could be.
+"""
+
+AIM_ROOT: Final = 1e-14
+"""[1] Relative width of the bracket of the earliest aim at which its search ends.
+
+Larger: costs that are equal in theory differ. Smaller than rounding: all steps are computed.
 """
 
 INTERCEPTION_STEPS: Final = 4

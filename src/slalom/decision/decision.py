@@ -60,7 +60,6 @@ class Commitment(NamedTuple):
     """The part of the previous decision on which a decision depends, see `Decision`."""
 
     manoeuvre: Manoeuvre
-    regret: float
     path: Path | None
     progress: float | None
     approach: Approach | None
@@ -89,8 +88,6 @@ class Decision:
         outcome: kind of the result.
         preferred: the control (d,) that the objective prefers for the manoeuvre's response.
         control_obstacle: makes `blocked`.
-        regret: upper bound [s] on the arrival time lost by keeping the manoeuvre; alternatives count at their
-            optimistic cost.
         path: the manoeuvre as pieces from where the robot was at its last decision; None: as it was planned.
         progress: [m] along the path of a `PathGoal`; None for other goals.
         work: [s] counted for the decision, see `Navigator.decide`; 0 for objectives written in Python.
@@ -105,7 +102,6 @@ class Decision:
     outcome: Outcome
     preferred: Array
     control_obstacle: Callable[[], ControlObstacle]
-    regret: float = 0.0
     path: Path | None = None
     progress: float | None = None
     earlier: tuple[Manoeuvre, ...] = ()
@@ -178,7 +174,7 @@ class Decision:
     @property
     def commitment(self) -> Commitment:
         """The part of the decision on which the next one depends."""
-        return Commitment(self.manoeuvre, self.regret, self.path, self.progress, self.approach)
+        return Commitment(self.manoeuvre, self.path, self.progress, self.approach)
 
     @property
     def decided_at(self) -> float:
@@ -218,7 +214,7 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
     has(state, *STATE, "state")
     number(now, "now")
     if previous is not None:
-        has(previous, ("manoeuvre", "regret", "decided_at"), "a Decision", "previous")
+        has(previous, ("manoeuvre", "commitment", "decided_at"), "a Decision", "previous")
         if previous.manoeuvre.dimension != state.dimension:
             expected = f"dimension {previous.manoeuvre.dimension} as of the previous decision"
             raise InvalidInput(f"state: expected {expected}, found {state.dimension}")

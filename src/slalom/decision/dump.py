@@ -91,14 +91,13 @@ def document(decision: "Decision") -> dict[str, Any]:
 
 
 def result(decision: "Decision") -> dict[str, Any]:
-    """The manoeuvre, the outcome and the regret of a decision, to the bit."""
+    """The manoeuvre and the outcome of a decision, to the bit."""
     return {
         "outcome": decision.outcome.name,
         "response": part(decision.manoeuvre.response, "response", "response"),
         "state": _state(decision.manoeuvre.state),
         "control": decision.manoeuvre.control.tolist(),
         "start": decision.manoeuvre.start,
-        "regret": decision.regret,
     }
 
 
@@ -212,7 +211,6 @@ def _commitment(before: "Commitment") -> dict[str, Any]:
         "state": _state(manoeuvre.state),
         "control": manoeuvre.control.tolist(),
         "start": manoeuvre.start,
-        "regret": before.regret,
         "path": None if path is None else {name: getattr(path, name).tolist() for name in ("times", "points", "error")},
         "progress": before.progress,
         "approach": None if approach is None else {**approach._asdict(), "target": approach.target.tolist()},

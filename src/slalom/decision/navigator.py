@@ -33,7 +33,7 @@ from slalom.response import Response
 from slalom.response.pieces import rest_time
 from slalom.shape import Shape
 from slalom.state import State
-from slalom.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING
+from slalom.tolerances import ADMISSIBLE, AT_REST, CONTACT_SLACK, PATH_BRAKING
 
 OUTCOMES = (
     Outcome.CLEAR,
@@ -88,7 +88,7 @@ class Navigator:
     horizon: float = 6.0
     margin: float = 0.05
     holds: tuple[float, ...] = HOLDS
-    patience: float = 0.1
+    patience: float = 0.01
     objective: Objective = field(default_factory=Arrive)
     horizons: Horizon | None = None
     detours: tuple[float, ...] = ()
@@ -220,12 +220,17 @@ class Navigator:
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
-        table = policy.robots(others, path, np.inf if previous is None else previous.regret, now)
+        settled = np.inf if previous is None else previous.manoeuvre.settled_time(self.period, self.horizon)
+        table = policy.robots(others, path, settled, now)
         robots, own = table
+        if previous is not None:
+            # As it was planned: its path has been moved by errors of measured velocities.
+            planned = previous.manoeuvre.velocity(now), previous.manoeuvre.acceleration(now)
+            own.resting[0] = max(np.abs(planned[0]).max(), np.abs(planned[1]).max()) <= AT_REST
         if step is not None:
             own.max_speed[0], own.final[0] = step.max_speed, step.final
         kernels.decide_all(ROBOT, NO_CELLS, policy.decision(table, obstacles, request))
-        number, regret, work = int(own.outcome[0]), float(own.regret[0]), 1e-6 * float(own.work[0])
+        number, work = int(own.outcome[0]), 1e-6 * float(own.work[0])
         path, response = committed_path(robots, 0, state.dimension), policy.responses[own.response[0]]
         control, preferred = own.control.copy(), own.preferred.copy()
         policy.give_back(table)
@@ -234,7 +239,7 @@ class Navigator:
         outcome = OUTCOMES[number]
         if previous is not None and outcome in CONTINUING:
             blocked = partial(self.control_obstacle, policy.responses[0], obstacles, state)
-            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, regret, path, work=work)
+            return Decision(previous.manoeuvre, outcome, previous.manoeuvre.control, blocked, path, work=work)
         margin = 0.0 if outcome in (Outcome.SQUEEZED, Outcome.DELAYED) else self.margin
         return Decision(
             Manoeuvre(response, state, control, now),

@@ -62,7 +62,7 @@ class PolicyTables:
         self.robot, self.among, self.dimension = robot, among, d
         rules = method.among_robots() if among else method
         self.responses = rules.responses(limits, robot.period, robot.holds)
-        self._table = response_table((self.responses,), robot.horizon, 2.0 * robot.horizon, d)
+        self._table = response_table((self.responses,), robot.horizon, 2.0 * robot.horizon, d, robot.period)
         self._pieces = int(np.diff(self._table.first).max())
         self._skeletons = Skeletons([robot.robot, round_shape(0.0, d)] if among else [robot.robot])
         margin = robot.margin
@@ -103,8 +103,8 @@ class PolicyTables:
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_spare": {}}
 
-    def robots(self, others: Tracks | None, path: Path | None, regret: float, now: float) -> OwnTable:
-        """A table of the robot, committed to a `path` with that `regret` [s], and of others; for `decision`.
+    def robots(self, others: Tracks | None, path: Path | None, settled: float, now: float) -> OwnTable:
+        """A table of the robot, committed to a `path` that settles at a time [s], and of others; for `decision`.
 
         Give it back after the decision, see `give_back`.
         """
@@ -122,7 +122,7 @@ class PolicyTables:
             robots.committed.times[0], robots.committed.points[0] = 0.0, 0.0
         else:
             commit_to(robots, 0, path)
-        own.regret[0], own.max_speed[0], own.final[0] = regret, limits.max_speed, True
+        own.settled[0], own.resting[0], own.max_speed[0], own.final[0] = settled, False, limits.max_speed, True
         return table
 
     def give_back(self, table: OwnTable) -> None:

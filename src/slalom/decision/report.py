@@ -109,7 +109,6 @@ def as_dict(decision: "Decision") -> dict[str, Any]:
         "response": repr(manoeuvre.response),
         "control": manoeuvre.control.tolist(),
         "preferred": np.asarray(decision.preferred).tolist(),
-        "regret": decision.regret,
         "progress": decision.progress,
         "work": decision.work,
         "cut": decision.cut,

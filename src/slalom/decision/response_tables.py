@@ -16,11 +16,12 @@ from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, RESPONSE_WINDOWS, T
 
 @lru_cache(maxsize=64)
 def response_table(
-    kinds: tuple[tuple[Response, ...], ...], horizon: float, span: float, dimension: int
+    kinds: tuple[tuple[Response, ...], ...], horizon: float, span: float, dimension: int, period: float
 ) -> ResponseTable:
     """The responses of each kind of robot as tables over `span` [s].
 
-    The motion under a response is linear in the state and in the control, so two states stand for all.
+    The motion under a response is linear in the state and in the control, so two states stand for all. `period` [s]: of
+    the decisions.
 
     Raises:
         InvalidInput: a response that is not linear in the state.
@@ -33,16 +34,19 @@ def response_table(
         times = response.knots(span, 2.0 * TABLE_SPEED)
         shares = _shares(response, times, dimension)
         path = hermite(times, shares[0], shares[1])
-        then = _shares(response, np.array([response.settled(horizon)]), dimension)
+        then = _shares(response, np.array([settled(response, horizon, period)]), dimension)
         knots.append(times)
         points.append(path.points)
         settled_velocity.append(then[1, 0])
     whole = np.concatenate(points)
     pieces, each = zero_records(ResponsePiece, len(whole)), zero_records(TabulatedResponse, len(responses))
     pieces["velocity_gain"], pieces["acceleration_gain"], pieces["gain"] = np.moveaxis(whole, 2, 0)
+    of_kinds = [[settled(response, horizon, period) for response in kind] for kind in kinds]
+    each["settled"] = [time for times in of_kinds for time in times]
+    each["shortest"] = [min(times) for times in of_kinds for _ in times]
     peaks = [_peaks(r, response, horizon, dimension) for r, response in enumerate(responses)]
     for r, response in enumerate(responses):
-        each["error"][r], each["settled"][r] = response.interpolation_error, response.settled(horizon)
+        each["error"][r] = response.interpolation_error
         each["rest"][r], each["settled_velocity"][r] = rest_from(knots[r], points[r]), settled_velocity[r]
         each["straight"][r] = straight_from(points[r])
         each["initial_acceleration"][r] = _initial_acceleration(response, dimension)
@@ -58,6 +62,14 @@ def response_table(
         first_peak=np.cumsum([0, *(len(of_one) for of_one in peaks)]),
         peaks=np.array([peak for of_one in peaks for peak in of_one]),
     )
+
+
+def settled(response: Response, horizon: float, period: float) -> float:
+    """Time [s] after which a control has been carried out, or after which the next one may replace it without a loss.
+
+    The second for responses whose control, held again, continues the same motion.
+    """
+    return min(period, horizon) if response.restartable else response.settled(horizon)
 
 
 def _units(dimension: int) -> tuple[State, State]:

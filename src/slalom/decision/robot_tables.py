@@ -80,7 +80,7 @@ def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
     each = zero_records(Robot, n)
     each["number"], each["next_image"], each["priority"], each["present"] = np.arange(n), -1, 1.0, True
-    each["regret"], each["response"] = np.inf, -1
+    each["settled"], each["response"] = np.inf, -1
     return RobotTable(
         each=each,
         committed=Paths(np.zeros((n, committed + 1)), np.zeros((n, committed, 4, 3))),
@@ -107,7 +107,8 @@ class RobotRow(NamedTuple):
     moving: Flags
     final: Flags
     objective: Indices
-    regret: Array
+    settled: Array
+    resting: Flags
     response: Indices
     outcome: Indices
     work: Array

@@ -79,7 +79,7 @@ class CommittedFleet:
         worlds: npt.ArrayLike | None = None,
         world_period: Period | None = None,
         holds: tuple[float, ...] = HOLDS,
-        patience: float = 0.1,
+        patience: float = 0.01,
         detours: tuple[float, ...] = DETOURS,
         observation_delay: float = 0.0,
         observation_noise: float = 0.0,
@@ -139,7 +139,7 @@ class CommittedFleet:
         for (p, _), responses, k in zip(distinct, kinds, (kind.index(which) for which in range(len(kinds)))):
             if self.policies[p].method.shared:
                 self._refuse_short_horizon(responses, robots.names[k])
-        self.responses = response_table(kinds, self.horizon, self.span, self.dimension)
+        self.responses = response_table(kinds, self.horizon, self.span, self.dimension, self.period)
         committed = max(3, int(np.diff(self.responses.first).max()))
         predicted = max(policy.pieces for policy in self.policies)
         published = any(policy.published.any() for policy in self.policies)
@@ -299,7 +299,7 @@ class CommittedFleet:
         )
         decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
         self.commit(k, decision.manoeuvre, now)
-        each["outcome"][k], each["regret"][k] = FALL_BACK, 0.0
+        each["outcome"][k] = FALL_BACK
         return decision.outcome
 
     def commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
@@ -312,13 +312,16 @@ class CommittedFleet:
         if self.members.methods[k].shared:
             publish(table, k)
         table.each["response"][k], self.other_texts[k] = -1, repr(manoeuvre.response)
+        table.each["settled"][k] = manoeuvre.settled_time(self.period, self.horizon)
+        table.each["resting"][k] = False
         table.each["control"][k, :d] = manoeuvre.control
 
     def begin(self, k: int, state: State, now: float) -> None:
         """Commit the robot in row k to its first manoeuvre."""
         self.commit(k, first_manoeuvre(state, self.members.limits[k], self.period, now), now)
         # A shared manoeuvre commits a robot from the start; an observed robot is free to change its first one.
-        self.table.each["regret"][k] = 0.0 if self.members.methods[k].shared else np.inf
+        if not self.members.methods[k].shared:
+            self.table.each["settled"][k] = np.inf
 
     def committed_responses(self) -> tuple[str, ...]:
         """The responses of the committed manoeuvres, as text."""

@@ -17,8 +17,8 @@ from .decision.predicted_stops import stop_at_obstacles as stop_at_obstacles
 from .decision.time_to_go import (
     earliest_arrival as earliest_arrival,
     passing_velocity as passing_velocity,
-    stopping_velocity as stopping_velocity,
-    time_to_stop as time_to_stop,
+    stopping_speed as stopping_speed,
+    time_to_rest as time_to_rest,
 )
 from .geometry.envelope import grazing_discs as grazing_discs
 from .geometry.hulls import distances as distances

@@ -31,7 +31,7 @@ class LookAhead:
 
     Sequences grow best first; each step is an exact choice near several candidate accelerations
     (`kernels/sequence_search/`). The best sequence that arrives is kept until another arrives earlier by the
-    navigator's `patience`, or until it collides with new predictions. The robot thus stops for gaps, passes behind
+    share `patience` of the time that is left, or until it collides with new predictions. The robot thus stops for gaps, passes behind
     obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe one with the
     least estimated arrival is started. The search continues at the next decision as long as the predictions do not
     change. Without any, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
@@ -167,9 +167,13 @@ class LookAhead:
         if not search.complete:
             return self._continue_search(scene, search) if same else None
         improved = self._improved(scene, previous, same)
-        if improved.complete and improved.arrival <= previous.arrival - self.navigator.patience:
+        if improved.complete and improved.arrival <= self._worth_changing(previous, now):
             return sequence_decision(scene, improved, self._outcome(scene, improved))
         return replace(previous, outcome=Outcome.KEPT, better=improved if same else None, given_up=0.0)
+
+    def _worth_changing(self, previous: SequenceDecision, now: float) -> float:
+        """The latest arrival [s] for which the previous sequence is given up."""
+        return previous.arrival - self.navigator.patience * max(previous.arrival - now, 0.0)
 
     def _outcome(self, scene: Scene, search: Search) -> Outcome:
         """Outcome of a sequence found by a continued search: SQUEEZED if it keeps less of the margin than possible."""
@@ -186,7 +190,7 @@ class LookAhead:
 
     def _improved(self, scene: Scene, previous: SequenceDecision, same: bool) -> Search:
         """Search for an earlier arrival after a little more work; a new one where the old one cannot continue."""
-        latest = previous.arrival - self.navigator.patience
+        latest = self._worth_changing(previous, scene.now)
         if not same:
             margin, improving = previous.search.problem.margin, self.improvement_budget
             return search_in(scene, margin, improving, improving, SEARCH_SCALES[:1], latest)[0]

@@ -125,7 +125,7 @@ class Scenario:
     replan: float = 0.0
     horizon: float = 6.0
     margin: float = 0.05
-    patience: float = 0.1
+    patience: float = 0.01
     holds: tuple[float, ...] = HOLDS
     guided: float = 1.0
     message_delay: float = 0.0

@@ -98,7 +98,7 @@ class VehicleNavigator:
     horizon: float = 6.0
     margin: float = 0.05
     holds: tuple[float, ...] = HOLDS
-    patience: float = 0.1
+    patience: float = 0.01
     limits: Limits | None = None
     reverse_after: float = 3.0
 

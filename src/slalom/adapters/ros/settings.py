@@ -63,7 +63,7 @@ class NodeSettings:
     period: float = 0.1
     horizon: float = 5.0
     margin: float = 0.05
-    patience: float = 0.05
+    patience: float = 0.01
     frame: str = "odom"
     position_error: float = 0.1
     acceleration_error: float = 0.1

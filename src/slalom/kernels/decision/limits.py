@@ -67,18 +67,19 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
 
 
 @kernel
-def is_admissible(limits: Array, u: Array) -> bool:
-    """Whether control u (3,) obeys all boundaries of `limits` (l, 5), without any tolerance."""
+def excess(limits: Array, u: Array) -> float:
+    """How far control u (3,) is outside of the boundaries of `limits` (l, 5); not above 0 if it is admissible."""
+    most = -np.inf
     for b in range(len(limits)):
         if limits[b, 0] < 0.0:
             square = 0.0
             for axis in range(3):
                 square += squared(u[axis] - limits[b, 1 + axis])
-            if np.sqrt(square) > limits[b, 4]:
-                return False
-        elif limits[b, 1] * u[0] + limits[b, 2] * u[1] + limits[b, 3] * u[2] > limits[b, 4]:
-            return False
-    return True
+            most = max(most, np.sqrt(square) - limits[b, 4])
+        else:
+            along = limits[b, 1] * u[0] + limits[b, 2] * u[1] + limits[b, 3] * u[2]
+            most = max(most, along - limits[b, 4])
+    return float(most)
 
 
 @inlined

@@ -7,22 +7,11 @@ from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.passive_bodies import is_elsewhere
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
 from slalom.kernels.decision.tables import DecisionTables, Paths, Scratch
-from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, target_state, time_to_target
-from slalom.kernels.decision.time_to_go import earliest_on_line
+from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, is_at_rest, target_state, time_to_target
 from slalom.kernels.geometry.cubic import new_stack
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
 from slalom.tolerances import ARRIVAL_SAMPLES, BALL_WINDOWS
-
-
-@kernel
-def arrives(position: Array, velocity: Array, goal: Array, goal_velocity: Array, stop: bool, tolerance: float) -> bool:
-    """Whether a robot with this position and velocity (d,) is at its goal, within `tolerance` [m], [m/s]."""
-    away, fast = 0.0, 0.0
-    for axis in range(len(position)):
-        away += squared(goal[axis] - position[axis])
-        fast += squared(velocity[axis] - goal_velocity[axis])
-    return bool(away <= tolerance * tolerance and (not stop or fast <= tolerance * tolerance))
 
 
 @kernel
@@ -43,27 +32,59 @@ def new_scratch(pieces: int, dimension: int) -> Scratch:
     )
 
 
+@kernel
+def first_within(before: Array, after: Array, radius: float) -> float:
+    """The share [1] of the way from `before` to `after` (d,) [m] at which it gets within `radius` [m] of the origin.
+
+    -1 if it does not.
+    """
+    a, b, c = 0.0, 0.0, -radius * radius
+    for axis in range(len(before)):
+        step = after[axis] - before[axis]
+        a += step * step
+        b += before[axis] * step
+        c += before[axis] * before[axis]
+    if c <= 0.0:
+        return 0.0
+    root = b * b - a * c
+    if not (b < 0.0 and root >= 0.0):
+        return -1.0
+    x = c / (np.sqrt(root) - b)
+    return float(x) if x <= 1.0 else -1.0
+
+
 @inlined
 def arrival_within(i: int, until: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch) -> float:
-    """Time [s] at which robot i on row `row` of `paths` arrives, if at most `until` [s]; -1 if not.
+    """Time [s] at which robot i on row `row` of `paths` passes its target, if at most `until` [s]; -1 if not.
 
-    Its position and velocity (d,) then go into `scratch`.
+    A robot that stops at its target has arrived, at time 0, if it is at rest there and stays there until then.
+    The position and velocity (d,) after `until` then are in `scratch`.
     """
     robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
-    robot = robots.each[i]
+    robot, away, before = robots.each[i], scratch.displacement, scratch.desired_velocity
     goal, goal_velocity, tolerance = scratch.target, scratch.target_velocity, robot.tolerance
-    away, fast = 0.0, robot.max_speed
+    square, fast, resting = 0.0, robot.max_speed, robot.stop
     for axis in range(settings.dimension):
-        away += squared(robot.target[axis] - robot.position[axis])
+        square += squared(robot.target[axis] - robot.position[axis])
         fast += abs(robot.velocity[axis])
-    if robot.moving or away <= squared(tolerance + fast * until):
-        # From farther away it cannot arrive until then.
-        for step in range(ARRIVAL_SAMPLES):
-            t = settings.now + until * step / ARRIVAL_SAMPLES
-            state_on_path(paths, row, t, position, velocity)
-            target_state(i, t, robots, tables.targets, goal, goal_velocity)
-            if arrives(position, velocity, goal, goal_velocity, robot.stop, tolerance):
-                return until * step / ARRIVAL_SAMPLES
+    # From farther away it cannot arrive until then.
+    near = robot.moving or square <= squared(tolerance + fast * until)
+    steps = ARRIVAL_SAMPLES if not robot.stop else 1
+    for step in range(steps + 1 if near else 0):
+        t = settings.now + until * step / steps
+        state_on_path(paths, row, t, position, velocity)
+        target_state(i, t, robots, tables.targets, goal, goal_velocity)
+        for axis in range(settings.dimension):
+            before[axis], away[axis] = away[axis], position[axis] - goal[axis]
+            velocity[axis] -= goal_velocity[axis]
+        if robot.stop:
+            resting = resting and is_at_rest(robot, away, velocity)
+            continue
+        share = first_within(before if step > 0 else away, away, tolerance)
+        if share >= 0.0:
+            return until * (step - 1 + share) / steps if step > 0 else 0.0
+    if near and resting:
+        return 0.0
     state_on_path(paths, row, settings.now + until, position, velocity)
     return -1.0
 
@@ -102,7 +123,9 @@ def manoeuvre_cost(
     if arrival >= 0.0:
         return arrival
     position, goal, then = scratch.position, scratch.target, settings.now + until
-    cost = until + time_to_target(i, then, position, scratch.velocity, robots, tables.targets, scratch)
+    cost = until + time_to_target(
+        i, then, position, scratch.velocity, robots, tables.responses, tables.targets, scratch
+    )
     if settings.dimension == 2 and len(settings.detours) > 0:
         target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
@@ -124,8 +147,7 @@ def manoeuvre_cost(
 def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: Scratch) -> float:
     """Cost [s] of response r for robot i with the preferred control u (3,), without obstacles.
 
-    The control is the one nearest to u in the smallest ball that holds all admissible controls. To pass through a goal
-    at rest the time of a straight line counts, which is no more than the robot needs.
+    The control is the one nearest to u in the smallest ball that holds all admissible controls.
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     robot = robots.each[i]
@@ -145,19 +167,9 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
     arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))
     if arrival >= 0.0:
         return arrival
+    then = settings.now + until
     position, velocity = scratch.position, scratch.velocity
-    if robot.stop or robot.moving:
-        then = settings.now + until
-        return float(until + time_to_target(i, then, position, velocity, robots, tables.targets, scratch))
-    square, along, fast = 0.0, 0.0, 0.0
-    for axis in range(settings.dimension):
-        away = robot.target[axis] - position[axis]
-        square += away * away
-        along += away * velocity[axis]
-        fast += squared(velocity[axis])
-    distance, quick = max(np.sqrt(square), 1e-12), max(robot.max_speed, np.sqrt(fast))
-    line = distance - 0.5 * robot.tolerance
-    return float(until + earliest_on_line(line, along / distance, robot.max_acceleration, quick))
+    return float(until + time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch))
 
 
 @kernel

@@ -139,7 +139,8 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
     """Commit robot i to control u (3,) of response r from now on; other robots observe it at once where shared."""
     robot = robots.each[i]
     response_path(robot, r, u, responses, settings, np.inf, robots.committed, i)
-    robot.response = r
+    robot.response, robot.resting = r, False
+    robot.settled = settings.now + max(settings.period, responses.each[r].settled)
     copy_into(robot.control[:], u)
     if settings.shared:
         publish(i, robots, settings)
@@ -156,6 +157,8 @@ def continue_from_state(
     """
     robot = robots.each[i]
     times, points = robots.committed.times[i], robots.committed.points[i]
+    # Before its path is moved by an error of the measured velocity.
+    robot.resting = robot.resting or (robot.stop and rest_of_path(robots.committed, i, settings.now) == 0.0)
     state_on_path(robots.committed, i, settings.now, position, velocity)
     largest = 0.0
     for axis in range(settings.dimension):

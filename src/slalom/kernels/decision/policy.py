@@ -30,10 +30,12 @@ from slalom.kernels.decision.tables import (
     ObstaclePieces,
     RelativeMotion,
     ResponseSearch,
+    Robot,
     Scratch,
 )
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.squared import squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.violation import deepest_violation
 from slalom.tolerances import (
@@ -106,24 +108,35 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
 
 
 @kernel
-def keep_committed(i: int, k: int, least: float, near: Indices, tables: DecisionTables, search: ResponseSearch) -> int:
+def keep_committed(i: int, least: float, near: Indices, tables: DecisionTables, search: ResponseSearch) -> int:
     """SEARCH if robot i loses too much by keeping its manoeuvre, else as `committed_is_clear`.
 
-    `least`: the cost [s] that its k-th response offers.
+    It is judged when its control has been carried out, or at the next decision if that is later: what follows proves
+    that the robot can remain safe, and is no plan. `least`: the cost [s] of the best alternative. A robot that rests at
+    its target loses nothing while it is measured there, at up to its tolerance per second.
     """
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robots, settings, scratch = tables.robots, tables.settings, search.scratch
     robot = robots.each[i]
-    r = responses.kinds[robot.kind] + k
-    if search.kept_costs[k] == np.inf:
-        until = max(settings.period, responses.each[r].settled)
-        search.kept_costs[k] = manoeuvre_cost(i, until, robots.committed, i, near, tables, search.scratch)
-    regret = robot.regret + max(0.0, search.kept_costs[k] - least)
-    if regret > settings.patience:
+    until = max(settings.period, robot.settled - settings.now)
+    if search.kept_cost[0] == np.inf:
+        if robot.resting and is_measured_at_rest(robot, settings.dimension):
+            search.kept_cost[0] = 0.0
+        else:
+            search.kept_cost[0] = manoeuvre_cost(i, until, robots.committed, i, near, tables, scratch)
+    if search.kept_cost[0] - least > settings.patience * until + COST_TIE:
         return SEARCH
-    result = committed_is_clear(i, False, near, tables, search.scratch)
-    if result == KEPT:
-        robot.regret = regret
-    return result
+    return committed_is_clear(i, False, near, tables, scratch)
+
+
+@inlined
+def is_measured_at_rest(robot: Robot, dimension: int) -> bool:
+    """Whether a robot that stops at its target is measured within its tolerance, at up to that tolerance per second."""
+    square, speed = 0.0, 0.0
+    for axis in range(dimension):
+        square += squared(robot.target[axis] - robot.position[axis])
+        speed += squared(robot.velocity[axis])
+    most = robot.tolerance * robot.tolerance
+    return bool(robot.stop and not robot.moving and square <= most and speed <= most)
 
 
 @inlined
@@ -148,8 +161,8 @@ def best_response(
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     robot, scratch, costs = robots.each[i], search.scratch, search.costs
-    first, count = responses.kinds[robot.kind], len(search.kept_costs)
-    worth = MIN_IMPROVEMENT * settings.patience + COST_TIE
+    first, count = responses.kinds[robot.kind], len(search.excluded)
+    worth = MIN_IMPROVEMENT + COST_TIE
     controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
     preferred, unchanged, u = controls.preferred, controls.unchanged, controls.found
     best, best_r, outcome, clear, detoured = np.inf, -1, CONSTRAINED, False, False
@@ -167,7 +180,7 @@ def best_response(
         done = over or costs[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, costs[at])
         if keep and least < np.inf:
-            result = keep_committed(i, k, least, near, tables, search)
+            result = keep_committed(i, least, near, tables, search)
             keep = result == SEARCH
             if result == KEPT:
                 return best_r, KEPT
@@ -210,7 +223,7 @@ def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSear
     search = ResponseSearch(
         scratch,
         np.zeros(count, np.bool_),
-        np.full(count, np.inf),
+        np.full(1, np.inf),
         np.full(rows, np.inf),
         np.zeros((rows, 3)),
         np.zeros(3),
@@ -233,7 +246,7 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     robot = robots.each[i]
-    optimistic, committed = search.costs.copy(), robot.regret < np.inf
+    optimistic, committed = search.costs.copy(), robot.settled < np.inf
     centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
     reachable_balls(i, robots, responses, settings, centers, radii)
     bounded = settings.budget < np.inf
@@ -260,7 +273,6 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
         if r >= 0:
             commit(i, r, search.control, robots, responses, settings)
             copy_into(robot.preferred[:], search.preferred[r - responses.kinds[robot.kind]])
-            robot.regret = 0.0
             return outcome if level == 0 else SQUEEZED
         if step == 1 and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT:
             return CONTINUED
@@ -276,7 +288,6 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
         return FALL_BACK
     commit(i, responses.kinds[robot.kind] + k, search.control, robots, responses, settings)
     copy_into(robot.preferred[:], search.preferred[k])
-    robot.regret = 0.0
     return DELAYED
 
 
@@ -291,9 +302,8 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     robots, settings = tables.robots, tables.settings
     robot = robots.each[i]
     robot.work, search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
-    if robot.regret <= settings.patience and not is_too_fast(robot):
-        k = first_least(search.costs)
-        result = keep_committed(i, k, search.costs[k], near, tables, search)
+    if robot.settled < np.inf and not is_too_fast(robot):
+        result = keep_committed(i, search.costs[first_least(search.costs)], near, tables, search)
         if result in (KEPT, FALL_BACK):
             return result
     return change_manoeuvre(i, result == SEARCH, near, tables, search)

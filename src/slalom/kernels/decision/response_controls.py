@@ -3,14 +3,14 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags
-from slalom.kernels.decision.limits import admissible_set, is_admissible
+from slalom.kernels.decision.limits import admissible_set, excess
 from slalom.kernels.decision.manoeuvre_cost import optimistic_cost
 from slalom.kernels.decision.tables import DecisionTables, ResponseSearch, ResponseTable, Scratch
 from slalom.kernels.decision.targets import ARRIVE, FOLLOW_ACCELERATION, desired_velocity, target_state
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
-from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, COST_TIE, FASTEST_SLACK, REFINED_AIM_TIMES
+from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_ROOT, AIM_STEPS, AIM_TIMES, COST_TIE, FASTEST_SLACK
 
 
 @inlined
@@ -24,10 +24,10 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     robot = robots.each[i]
     if robot.objective == FOLLOW_ACCELERATION:
-        shares = responses.each[r].initial_acceleration
+        initial = responses.each[r].initial_acceleration
         for axis in range(settings.dimension):
-            drift = shares[0] * robot.velocity[axis] + shares[1] * robot.acceleration[axis]
-            u[axis] = (robot.wanted[axis] - drift) / shares[2]
+            drift = initial[0] * robot.velocity[axis] + initial[1] * robot.acceleration[axis]
+            u[axis] = (robot.wanted[axis] - drift) / initial[2]
         return
     if (
         angle == 0.0
@@ -38,27 +38,27 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
     ):
         return
     d, position, velocity, desired = settings.dimension, scratch.position, scratch.velocity, scratch.desired_velocity
-    # From the position that the robot will have then; a detour starts at the present position.
-    ahead = responses.each[r].settled if angle == 0.0 else 0.0
+    settled = responses.each[r].settled
+    # To pass, from the position that the robot will have then; a detour starts at the present position.
+    ahead = settled if angle == 0.0 and not robot.stop else 0.0
     for axis in range(d):
         velocity[axis] = robot.velocity[axis]
         position[axis] = robot.position[axis] + ahead * velocity[axis]
-    desired_velocity(i, settings.now + ahead, position, velocity, robots, tables.targets, scratch)
+    desired_velocity(i, settings.now + ahead, settled, position, velocity, robots, tables.targets, scratch)
     if angle != 0.0:
         c, s = np.cos(angle), np.sin(angle)
         desired[0], desired[1] = c * desired[0] - s * desired[1], s * desired[0] + c * desired[1]
+    shares = responses.each[r].settled_velocity
     for axis in range(d):
-        settled = responses.each[r].settled_velocity[0] * velocity[axis]
-        settled += responses.each[r].settled_velocity[1] * robot.acceleration[axis]
-        u[axis] = (desired[axis] - settled) / responses.each[r].settled_velocity[2]
+        u[axis] = (desired[axis] - (shares[0] * velocity[axis] + shares[1] * robot.acceleration[axis])) / shares[2]
 
 
 @kernel
 def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Array) -> bool:
     """Write the control of response r under which robot i is at its target soonest into u (3,).
 
-    Times are sought on a grid in geometric progression, then on a finer one before the first success. Returns whether
-    an admissible control reaches the target at one of them. No admissible control exceeds the larger of the present
+    Times are sought on a grid in geometric progression; the first success is then refined. Returns whether an admissible
+    control reaches the target at one of them. No admissible control exceeds the larger of the present
     and the maximum speed within the horizon, so a target at rest is not reached sooner than at that speed.
     """
     robots, responses, targets, settings = tables.robots, tables.responses, tables.targets, tables.settings
@@ -73,39 +73,69 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     soonest = 0.0 if robot.moving else min(straight, settings.horizon)
     latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robot.max_acceleration), 2.0 * AIM_FIRST)
     ratio = (latest / AIM_FIRST) ** (1.0 / (AIM_TIMES - 1))
-    before, found = 0.0, -1.0
-    t = AIM_FIRST
+    before, above, t, below = 0.0, np.inf, AIM_FIRST, np.inf
     for _ in range(AIM_TIMES):
-        if t >= soonest and reaches_target(i, r, t, limits, tables, scratch, u):
-            found = t
-            break
-        before, t = t, t * ratio
-    if found < 0.0:
+        if t >= soonest:
+            below = excess_at_target(i, r, t, limits, tables, scratch, u)
+            if below <= 0.0:
+                break
+            before, above = t, below
+        else:
+            before, above = t, np.inf
+        t *= ratio
+    if below > 0.0:
         return False
-    for k in range(REFINED_AIM_TIMES - 1):
-        # The earliest time lies between the last time without an admissible control and the one found.
-        earlier = before + (found - before) * k / (REFINED_AIM_TIMES - 1)
-        if earlier > 0.0 and earlier >= soonest and reaches_target(i, r, earlier, limits, tables, scratch, u):
-            return True
-    return reaches_target(i, r, found, limits, tables, scratch, u)
+    if soonest > before and (excess_at_target(i, r, soonest, limits, tables, scratch, u) <= 0.0):
+        return True
+    return first_admissible(i, r, max(before, soonest), t, limits, tables, scratch, u)
 
 
 @kernel
-def reaches_target(i: int, r: int, t: float, limits: Array, tables: DecisionTables, scratch: Scratch, u: Array) -> bool:
-    """Whether the control of response r that is at the target of robot i after t [s] is within `limits` (l, 5).
+def first_admissible(
+    i: int, r: int, early: float, late: float, limits: Array, tables: DecisionTables, scratch: Scratch, u: Array
+) -> bool:
+    """Write the control of response r that reaches the target at the earliest time from `early` to `late` [s] into u.
 
-    That control goes into u (3,).
+    The one of `late` is admissible, that of `early` is not. Regula falsi, with halved values where one end stays.
+    """
+    f = excess_at_target(i, r, early, limits, tables, scratch, u)
+    g, side = excess_at_target(i, r, late, limits, tables, scratch, u), 0
+    for _ in range(AIM_STEPS):
+        if late - early <= AIM_ROOT * late or g == 0.0:
+            break
+        t = 0.5 * (early + late) if not np.isfinite(f) else (early * g - late * f) / (g - f)
+        if not early < t < late:
+            t = 0.5 * (early + late)
+        h = excess_at_target(i, r, t, limits, tables, scratch, u)
+        if h > 0.0:
+            early, f = t, h
+            g *= 0.5 if side < 0 else 1.0
+            side = -1
+        else:
+            late, g = t, h
+            f *= 0.5 if side > 0 else 1.0
+            side = 1
+    return excess_at_target(i, r, late, limits, tables, scratch, u) <= 0.0
+
+
+@kernel
+def excess_at_target(
+    i: int, r: int, t: float, limits: Array, tables: DecisionTables, scratch: Scratch, u: Array
+) -> float:
+    """How far the control of response r that is at the target of robot i after t [s] is outside of `limits` (l, 5).
+
+    That control goes into u (3,); not above 0 if it is admissible, inf if there is none.
     """
     robots, settings = tables.robots, tables.settings
     robot = robots.each[i]
     of_velocity, of_acceleration, gain = position_shares(r, t, tables.responses)
     if not gain > 0.0:
-        return False
+        return np.inf
     target_state(i, settings.now + t, robots, tables.targets, scratch.target, scratch.target_velocity)
     for axis in range(settings.dimension):
         drift = robot.position[axis] + of_velocity * robot.velocity[axis]
         u[axis] = (scratch.target[axis] - (drift + of_acceleration * robot.acceleration[axis])) / gain
-    return bool(is_admissible(limits, u))
+    return excess(limits, u)
 
 
 @kernel

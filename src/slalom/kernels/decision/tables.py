@@ -21,6 +21,7 @@ class TabulatedResponse:
 
     error: float  # [m] largest distance of the motion from its cubic pieces
     settled: float  # [s] when the control has been carried out
+    shortest: float  # [s] the least `settled` of the responses of this kind of robot
     rest: float  # [s] from when on the robot is at rest under every control; inf: never for certain
     straight: int  # first of its pieces from which on the robot moves along one line, see `PositionMap`
     settled_velocity: Vector  # at that time: velocity = [0] v + [1] a + [2] u
@@ -87,7 +88,8 @@ class Robot:
     ]  # [m] bounding balls of the observed path in windows of the horizon
     ball_radii: Annotated[Array, (BALL_WINDOWS,)]  # [m]
     end_position: Vector  # [m] observed path at the horizon
-    regret: float  # [s] lost so far by keeping the manoeuvre
+    settled: float  # [s] absolute, when the control of the committed manoeuvre is carried out; inf: not committed
+    resting: bool  # whether its committed manoeuvre rests: as it was planned, not as the state is measured
     response: int  # of the committed manoeuvre; -1: none of the tables
     control: Vector  # of the committed manoeuvre
     preferred: Vector  # the control that its response preferred
@@ -213,7 +215,7 @@ class DecisionSettings(NamedTuple):
     period: float  # [s] until the next decision
     horizon: float  # [s]
     regain: float  # [s] within which a lost margin is to be whole again
-    patience: float  # [s]
+    patience: float  # [1] share of the time until the next change that keeping a manoeuvre may cost
     share: float  # [1] part of the avoidance between two robots of one priority that a robot does itself
     least_share: float  # [1] the smallest part that any robot does, by its priority
     agrees: bool  # whether two robots that share the avoidance agree on a side to pass on
@@ -285,7 +287,7 @@ class ResponseSearch(NamedTuple):
 
     scratch: Scratch
     excluded: Flags  # (k,) responses that are not considered
-    kept_costs: Array  # (k,) [s] cost of keeping the manoeuvre, judged when response k has settled; inf: not known
+    kept_cost: Array  # (1,) [s] cost of keeping the manoeuvre; inf: not known
     costs: Array  # (k * (1 + detours),) [s] optimistic costs; inf: examined or not computed
     preferred: Array  # (k * (1 + detours), 3) controls
     control: Array  # (3,) of the best manoeuvre found

@@ -3,18 +3,12 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.tables import RobotTable, Scratch, TargetPaths
-from slalom.kernels.decision.time_to_go import (
-    earliest_arrival,
-    passing_velocity,
-    stopping_velocity,
-    time_to_go,
-    time_to_stop,
-)
+from slalom.kernels.decision.tables import ResponseTable, Robot, RobotTable, Scratch, TargetPaths
+from slalom.kernels.decision.time_to_go import passing_velocity, stopping_speed, time_to_go
 from slalom.kernels.geometry.cubic import slope, value
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
-from slalom.tolerances import INTERCEPTION_STEPS, INTERCEPTION_WAIT
+from slalom.tolerances import AT_REST, BRAKING_SHARE, INTERCEPTION_STEPS, INTERCEPTION_WAIT
 
 ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
 """Objectives by number."""
@@ -69,66 +63,100 @@ def intercept(i: int, t: float, position: Array, max_speed: float, targets: Targ
 
 
 @inlined
+def braking_of(robot: Robot) -> float:
+    """The deceleration [m/s^2] with which a robot plans to stop at its target."""
+    return float(BRAKING_SHARE * min(robot.max_acceleration, robot.braking))
+
+
+@inlined
+def is_at_rest(robot: Robot, away: Array, velocity: Array) -> bool:
+    """Whether a robot at displacement `away` (d,) [m] from its target, with a relative velocity (d,), rests there."""
+    square, speed = 0.0, 0.0
+    for axis in range(len(away)):
+        square += away[axis] * away[axis]
+        speed += velocity[axis] * velocity[axis]
+    return bool(square <= robot.tolerance * robot.tolerance and speed <= AT_REST * AT_REST)
+
+
+@inlined
 def desired_velocity(
-    i: int, t: float, position: Array, velocity: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch
+    i: int,
+    t: float,
+    step: float,
+    position: Array,
+    velocity: Array,
+    robots: RobotTable,
+    targets: TargetPaths,
+    scratch: Scratch,
 ) -> None:
     """Write the velocity (d,) [m/s] that leads robot i from this state at time t [s] to its target.
 
-    It goes into `scratch.desired_velocity`, the displacement of the target into `scratch.displacement`. The rule is
-    that of `slalom.goal.Goal.desired_velocity`. A robot that follows a velocity desires that one.
+    It goes into `scratch.desired_velocity`. To stop at the target: the velocity to have after `step` [s], from which
+    the robot comes to rest there. The rule is that of `slalom.goal.Goal.desired_velocity`. A robot that follows a
+    velocity desires that one.
     """
     robot = robots.each[i]
     away, desired, top = scratch.displacement, scratch.desired_velocity, robot.max_speed
     if robot.objective == FOLLOW_VELOCITY:
         for axis in range(len(position)):
-            away[axis], desired[axis] = 0.0, robot.wanted[axis]
+            desired[axis] = robot.wanted[axis]
         return
-    if robot.moving and not robot.stop:
-        intercept(i, t, position, top, targets, scratch)
-    else:
-        target_state(i, t, robots, targets, scratch.target, scratch.target_velocity)
-    for axis in range(len(position)):
-        away[axis] = scratch.target[axis] - position[axis]
     if not robot.stop:
+        if robot.moving:
+            intercept(i, t, position, top, targets, scratch)
+        else:
+            target_state(i, t, robots, targets, scratch.target, scratch.target_velocity)
+        for axis in range(len(position)):
+            away[axis] = scratch.target[axis] - position[axis]
         passing_velocity(away, velocity, robot.max_acceleration, top, desired)
         return
-    stopping_velocity(away, robot.max_acceleration, top, desired)
-    if robot.moving:
-        square = 0.0
-        for axis in range(len(position)):
-            desired[axis] += scratch.target_velocity[axis]
-            square += squared(desired[axis])
-        share = max(np.sqrt(square) / top, 1.0)
-        for axis in range(len(position)):
-            desired[axis] /= share
+    target_state(i, t, robots, targets, scratch.target, scratch.target_velocity)
+    for axis in range(len(position)):
+        away[axis] = scratch.target[axis] - position[axis]
+        desired[axis] = velocity[axis] - scratch.target_velocity[axis]
+    resting, square = is_at_rest(robot, away, desired), 0.0
+    target_state(i, t + step, robots, targets, scratch.target, scratch.target_velocity)
+    for axis in range(len(position)):
+        mean = 0.5 * (velocity[axis] + scratch.target_velocity[axis])
+        away[axis] = scratch.target[axis] - position[axis] - step * mean
+        square += away[axis] * away[axis]
+    left = max(np.sqrt(square), 1e-300)
+    speed = 0.0 if resting else min(stopping_speed(left, step, braking_of(robot)), top)
+    square = 0.0
+    for axis in range(len(position)):
+        desired[axis] = scratch.target_velocity[axis] + away[axis] * speed / left
+        square += squared(desired[axis])
+    share = max(np.sqrt(square) / top, 1.0)
+    for axis in range(len(position)):
+        desired[axis] /= share
 
 
 @inlined
 def time_to_target(
-    i: int, t: float, position: Array, velocity: Array, robots: RobotTable, targets: TargetPaths, scratch: Scratch
+    i: int,
+    t: float,
+    position: Array,
+    velocity: Array,
+    robots: RobotTable,
+    responses: ResponseTable,
+    targets: TargetPaths,
+    scratch: Scratch,
 ) -> float:
     """An estimate [s] of the time that robot i needs from this state (d,) at t [s] to its target, without obstacles.
 
-    The rule is that of `slalom.goal.Goal.time_to_go`.
+    The rule is that of `slalom.goal.Goal.time_to_go`. To stop takes at least the shortest of its responses.
     """
     robot = robots.each[i]
-    most, top, tolerance, stop = robot.max_acceleration, robot.max_speed, robot.tolerance, robot.stop
-    away, desired = scratch.displacement, scratch.desired_velocity
-    if not robot.moving:
-        for axis in range(len(position)):
-            away[axis] = robot.target[axis] - position[axis]
-        return float(time_to_go(away, velocity, most, top, tolerance, stop, desired))
-    if stop:
-        desired_velocity(i, t, position, velocity, robots, targets, scratch)
-        square, change = 0.0, 0.0
-        for axis in range(len(position)):
-            square += away[axis] * away[axis]
-            change += squared(desired[axis] - velocity[axis])
-        return float(time_to_stop(max(0.0, np.sqrt(square) - tolerance), np.sqrt(change), most, top))
-    duration = 0.0
-    for _ in range(INTERCEPTION_STEPS):
-        moving_target(i, t + duration, targets, scratch.target, scratch.target_velocity)
+    most, top, tolerance = robot.max_acceleration, robot.max_speed, robot.tolerance
+    away, relative, duration = scratch.displacement, scratch.desired_velocity, 0.0
+    for _ in range(INTERCEPTION_STEPS if robot.moving and not robot.stop else 1):
+        target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
         for axis in range(len(position)):
             away[axis] = scratch.target[axis] - position[axis]
-        duration = earliest_arrival(away, velocity, most, top, 0.5 * tolerance)
+            relative[axis] = velocity[axis] - (scratch.target_velocity[axis] if robot.stop else 0.0)
+        duration = time_to_go(away, relative, most, braking_of(robot), top, tolerance, robot.stop)
+    if robot.stop:
+        if is_at_rest(robot, away, relative):
+            return 0.0
+        duration = max(duration, responses.each[responses.kinds[robot.kind]].shortest)
     return float(duration)

@@ -12,7 +12,6 @@ from slalom.tolerances import (
     ARRIVAL_RATIO,
     ARRIVAL_ROOT,
     ARRIVAL_STEPS,
-    BRAKING_SHARE,
     SECANT_OFFSET,
 )
 
@@ -136,18 +135,18 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
 
 
 @kernel
-def stopping_velocity(away: Array, max_acceleration: float, max_speed: float, desired: Array) -> None:
-    """The desired velocity towards a place to stop at, into `desired` (d,) [m/s]; `away` (d,) [m]: its displacement.
+def stopping_speed(left: float, step: float, braking: float) -> float:
+    """The largest speed [m/s] after `step` [s] from which a robot brakes to rest exactly, in whole steps.
 
-    At most `max_speed` [m/s], and no faster than the share BRAKING_SHARE of `max_acceleration` [m/s^2] brakes.
+    `left` [m]: the distance that is left if the robot moves for the step at half its present velocity; half of the new
+    velocity adds to it. From speed braking step (n + s), 0 <= s < 1, the robot brakes fully for n steps and in the
+    last one with the share s. With a step of 0 it is sqrt(2 braking left), `braking` [m/s^2].
     """
-    square = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-    distance = max(np.sqrt(square), 1e-12)
-    speed = min(max_speed, np.sqrt(2.0 * BRAKING_SHARE * max_acceleration * distance))
-    for axis in range(len(away)):
-        desired[axis] = away[axis] * speed / distance
+    if step == 0.0:
+        return float(np.sqrt(2.0 * braking * left))
+    c = 2.0 * left / (braking * step * step)
+    n = np.floor(0.5 * (np.sqrt(1.0 + 4.0 * c) - 1.0))
+    return float(braking * step * (n + (c - n * (n + 1.0)) / (2.0 * n + 2.0)))
 
 
 @kernel
@@ -171,19 +170,33 @@ def passing_velocity(away: Array, velocity: Array, max_acceleration: float, max_
 
 
 @kernel
-def time_to_stop(distance: float, change: float, max_acceleration: float, max_speed: float) -> float:
-    """An estimate [s] of the time to stop after `distance` [m], if the velocity differs by `change` [m/s] now.
+def time_to_rest(away: Array, velocity: Array, max_acceleration: float, braking: float, max_speed: float) -> float:
+    """An estimate [s] of the time to rest at a place with displacement `away` (d,) [m], without obstacles.
 
-    Exact on a line for a robot that is not faster than its distance allows. Turning the velocity costs
-    change^2 / (2 max_acceleration max_speed).
+    Exact on a line: the robot accelerates, moves at most at `max_speed` [m/s], and brakes by `braking` [m/s^2]. To lose
+    a velocity v across the line takes v^2 / (a (2 w + v)), with the largest speed w on the way: v^2 / (2 a w) for a
+    small one, v / a from rest.
     """
-    if distance >= max_speed * max_speed / (2.0 * max_acceleration):
-        return float(
-            distance / max_speed
-            + 0.5 * max_speed / max_acceleration
-            + change * change / (2.0 * max_acceleration * max_speed)
-        )
-    return float(np.sqrt(2.0 * distance / max_acceleration) + change / max_acceleration)
+    square, speed, along = 0.0, 0.0, 0.0
+    for axis in range(len(away)):
+        square += away[axis] * away[axis]
+        speed += velocity[axis] * velocity[axis]
+        along += away[axis] * velocity[axis]
+    distance = np.sqrt(square)
+    along /= max(distance, 1e-12)
+    across = np.sqrt(max(speed - along * along, 0.0))
+    waiting = 0.0
+    if along > 0.0 and along * along > 2.0 * braking * distance:
+        # It passes the place, and comes back.
+        waiting, distance, along = along / braking, 0.5 * along * along / braking - distance, 0.0
+    top, both = max(max_speed, along), 1.0 / max_acceleration + 1.0 / braking
+    left = distance + 0.5 * along * along / max_acceleration
+    fastest = np.sqrt(2.0 * left / both)
+    beyond = 0.0
+    if fastest > top:
+        fastest, beyond = top, (left - 0.5 * top * top * both) / top
+    turning = across * across / (max_acceleration * (2.0 * fastest + across)) if across > 0.0 else 0.0
+    return float(waiting + (fastest - along) / max_acceleration + beyond + fastest / braking + turning)
 
 
 @kernel
@@ -191,20 +204,15 @@ def time_to_go(
     away: Array,
     velocity: Array,
     max_acceleration: float,
+    braking: float,
     max_speed: float,
     tolerance: float,
     stop: bool,
-    desired: Array,
 ) -> float:
     """An estimate [s] of the time to a goal with displacement `away` (d,) [m], without obstacles.
 
-    `velocity` (d,) [m/s]; `tolerance` [m]; `stop`: whether to stop there. `desired` (d,) is a buffer.
+    `velocity` (d,) [m/s] relative to the goal; `tolerance` [m]; `stop`: whether to stop there.
     """
-    if not stop:
-        return earliest_arrival(away, velocity, max_acceleration, max_speed, 0.5 * tolerance)
-    square, change = 0.0, 0.0
-    stopping_velocity(away, max_acceleration, max_speed, desired)
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        change += squared(desired[axis] - velocity[axis])
-    return time_to_stop(max(0.0, np.sqrt(square) - tolerance), np.sqrt(change), max_acceleration, max_speed)
+    if stop:
+        return time_to_rest(away, velocity, max_acceleration, braking, max_speed)
+    return earliest_arrival(away, velocity, max_acceleration, max_speed, 0.5 * tolerance)

@@ -3,11 +3,11 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.time_to_go import earliest_arrival, stopping_velocity, time_to_stop
+from slalom.kernels.decision.time_to_go import earliest_arrival, time_to_rest
 from slalom.kernels.jit import kernel
 from slalom.kernels.sequence_search.tables import NODES, SearchProblem, SearchTree
 from slalom.kernels.squared import squared
-from slalom.tolerances import CELLS_PER_MAX_SPEED, CELLS_PER_STEP, TIME_CELLS_PER_STEP
+from slalom.tolerances import BRAKING_SHARE, CELLS_PER_MAX_SPEED, CELLS_PER_STEP, TIME_CELLS_PER_STEP
 
 
 @kernel
@@ -37,14 +37,8 @@ def time_to_goal(problem: SearchProblem, position: Array, velocity: Array) -> fl
         return float(
             earliest_arrival(away, velocity[:d], problem.max_acceleration, problem.max_speed, problem.tolerance)
         )
-    desired = np.empty(d)
-    stopping_velocity(away, problem.max_acceleration, problem.max_speed, desired)
-    square, change = 0.0, 0.0
-    for axis in range(d):
-        square += away[axis] * away[axis]
-        change += squared(desired[axis] - velocity[axis])
-    distance = max(0.0, np.sqrt(square) - problem.tolerance)
-    return float(time_to_stop(distance, np.sqrt(change), problem.max_acceleration, problem.max_speed))
+    most = problem.max_acceleration
+    return float(time_to_rest(away, velocity[:d], most, BRAKING_SHARE * most, problem.max_speed))
 
 
 @kernel

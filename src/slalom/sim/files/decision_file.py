@@ -197,7 +197,6 @@ def _commitment(spec: CommitmentSpec) -> Commitment:
     approach = spec.approach
     return Commitment(
         _manoeuvre(spec),
-        spec.regret,
         None if spec.path is None else _path(spec.path, len(spec.control)),
         spec.progress,
         None if approach is None else Approach(approach.distance, approach.since, np.array(approach.target)),
@@ -222,7 +221,6 @@ def _decision(before: Commitment) -> Decision:
         Outcome.KEPT,
         before.manoeuvre.control,
         _no_control_obstacle,
-        before.regret,
         before.path,
         before.progress,
         approach=before.approach,

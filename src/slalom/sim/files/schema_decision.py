@@ -131,7 +131,6 @@ class ApproachSpec(Model):
 class CommitmentSpec(ManoeuvreSpec):
     """Keys of `slalom.decision.Commitment` in the file of a decision."""
 
-    regret: NotNegative
     path: PathSpec | None
     progress: NotNegative | None
     approach: ApproachSpec | None
@@ -141,7 +140,6 @@ class ResultSpec(ManoeuvreSpec):
     """The result of the decision that was written."""
 
     outcome: str
-    regret: NotNegative
 
 
 class DecisionSpec(Model):
