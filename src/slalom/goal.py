@@ -77,7 +77,7 @@ class Goal:
         turn there. The arc from the present heading to the point has the radius distance / (2 sin angle); without this
         limit robots orbit their goals. With `stop`: the velocity to have after `period` [s]. From there the robot comes
         to rest at the goal exactly, relative to it, if it brakes by BRAKING_SHARE of what its limits allow in whole
-        periods. A robot at rest within the tolerance stays there.
+        periods. A robot within the tolerance that can come to rest there within one period does so.
         """
         if not self.stop:
             desired = np.empty_like(position)
@@ -88,14 +88,15 @@ class Goal:
         away = self.position(now + period) - position - 0.5 * period * (velocity + then)
         left = max(float(np.linalg.norm(away)), 1e-300)
         speed = min(kernels.stopping_speed(left, float(period), BRAKING_SHARE * limits.braking), limits.max_speed)
-        if self._rests(self.position(now) - position, relative):
+        if self._rests(self.position(now) - position, relative, period, BRAKING_SHARE * limits.braking):
             speed = 0.0
         desired = then + away * (speed / left)
         return np.asarray(desired / max(float(np.linalg.norm(desired)) / limits.max_speed, 1.0))
 
-    def _rests(self, away: Array, relative_velocity: Array) -> bool:
-        """Whether a robot at displacement `away` (d,) [m] from the goal rests there."""
-        return bool(np.linalg.norm(away) <= self.tolerance and np.linalg.norm(relative_velocity) <= AT_REST)
+    def _rests(self, away: Array, velocity: Array, step: float = 0.0, braking: float = 0.0) -> bool:
+        """Whether a robot at displacement `away` (d,) [m] from the goal comes to rest there within a step [s]."""
+        farthest = max(np.linalg.norm(away), np.linalg.norm(away - 0.5 * step * velocity))
+        return bool(farthest <= self.tolerance and np.linalg.norm(velocity) <= AT_REST + step * braking)
 
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits) -> float:
         """Estimated time [s] that a robot in this state needs to the goal without obstacles.

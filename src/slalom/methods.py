@@ -208,7 +208,7 @@ _ROWS: Final = (
         AtConstantAcceleration(),
         "Acceleration obstacle: a new acceleration; obstacles keep theirs.",
         "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
-        robot_forecast=AtConstantAcceleration(),
+        robot_forecast=AcceleratingBriefly(0.1),
         responses_among=_braking,
     ),
     Method(

@@ -7,7 +7,7 @@ from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.passive_bodies import is_elsewhere
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
 from slalom.kernels.decision.tables import DecisionTables, Paths, Scratch
-from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, is_at_rest, target_state, time_to_target
+from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, rests_within, target_state, time_to_target
 from slalom.kernels.geometry.cubic import new_stack
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
@@ -78,7 +78,7 @@ def arrival_within(i: int, until: float, paths: Paths, row: int, tables: Decisio
             before[axis], away[axis] = away[axis], position[axis] - goal[axis]
             velocity[axis] -= goal_velocity[axis]
         if robot.stop:
-            resting = resting and is_at_rest(robot, away, velocity)
+            resting = resting and rests_within(robot, away, velocity, 0.0)
             continue
         share = first_within(before if step > 0 else away, away, tolerance)
         if share >= 0.0:

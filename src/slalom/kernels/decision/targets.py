@@ -69,13 +69,19 @@ def braking_of(robot: Robot) -> float:
 
 
 @inlined
-def is_at_rest(robot: Robot, away: Array, velocity: Array) -> bool:
-    """Whether a robot at displacement `away` (d,) [m] from its target, with a relative velocity (d,), rests there."""
-    square, speed = 0.0, 0.0
+def rests_within(robot: Robot, away: Array, velocity: Array, step: float) -> bool:
+    """Whether a robot at its target can come to rest there within `step` [s]; with a step of 0: whether it rests.
+
+    `away` (d,) [m]: the displacement of the target, `velocity` (d,) [m/s] relative to it.
+    """
+    square, then, speed = 0.0, 0.0, 0.0
     for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += velocity[axis] * velocity[axis]
-    return bool(square <= robot.tolerance * robot.tolerance and speed <= AT_REST * AT_REST)
+        square += squared(away[axis])
+        then += squared(away[axis] - 0.5 * step * velocity[axis])
+        speed += squared(velocity[axis])
+    return bool(
+        max(square, then) <= squared(robot.tolerance) and speed <= squared(AT_REST + step * braking_of(robot))
+    )
 
 
 @inlined
@@ -92,7 +98,7 @@ def desired_velocity(
     """Write the velocity (d,) [m/s] that leads robot i from this state at time t [s] to its target.
 
     It goes into `scratch.desired_velocity`. To stop at the target: the velocity to have after `step` [s], from which
-    the robot comes to rest there. The rule is that of `slalom.goal.Goal.desired_velocity`. A robot that follows a
+    the robot comes to rest there; a robot at its target brakes to rest within one step where it can. The rule is that of `slalom.goal.Goal.desired_velocity`. A robot that follows a
     velocity desires that one.
     """
     robot = robots.each[i]
@@ -114,7 +120,7 @@ def desired_velocity(
     for axis in range(len(position)):
         away[axis] = scratch.target[axis] - position[axis]
         desired[axis] = velocity[axis] - scratch.target_velocity[axis]
-    resting, square = is_at_rest(robot, away, desired), 0.0
+    resting, square = rests_within(robot, away, desired, step), 0.0
     target_state(i, t + step, robots, targets, scratch.target, scratch.target_velocity)
     for axis in range(len(position)):
         mean = 0.5 * (velocity[axis] + scratch.target_velocity[axis])
@@ -144,11 +150,15 @@ def time_to_target(
 ) -> float:
     """An estimate [s] of the time that robot i needs from this state (d,) at t [s] to its target, without obstacles.
 
-    The rule is that of `slalom.goal.Goal.time_to_go`. To stop takes at least the shortest of its responses.
+    The rule is that of `slalom.goal.Goal.time_to_go`. To reach the maximum speed takes at least the shortest response; to
+    stop takes two of them, or one for a robot at its target, which brakes where it is.
     """
     robot = robots.each[i]
     most, top, tolerance = robot.max_acceleration, robot.max_speed, robot.tolerance
-    away, relative, duration = scratch.displacement, scratch.desired_velocity, 0.0
+    away, relative, duration, square = scratch.displacement, scratch.desired_velocity, 0.0, 0.0
+    for axis in range(len(position)):
+        square += squared(velocity[axis])
+    slower, shortest = max(top - np.sqrt(square), 0.0), responses.each[responses.kinds[robot.kind]].shortest
     for _ in range(INTERCEPTION_STEPS if robot.moving and not robot.stop else 1):
         target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
         for axis in range(len(position)):
@@ -156,7 +166,9 @@ def time_to_target(
             relative[axis] = velocity[axis] - (scratch.target_velocity[axis] if robot.stop else 0.0)
         duration = time_to_go(away, relative, most, braking_of(robot), top, tolerance, robot.stop)
     if robot.stop:
-        if is_at_rest(robot, away, relative):
-            return 0.0
-        duration = max(duration, responses.each[responses.kinds[robot.kind]].shortest)
+        if rests_within(robot, away, relative, shortest):
+            return 0.0 if rests_within(robot, away, relative, 0.0) else shortest
+        duration = max(duration, 2.0 * shortest)
+    if slower < shortest * most and duration > 2.0 * shortest:
+        duration += slower * (shortest - slower / most) / (2.0 * top)
     return float(duration)
