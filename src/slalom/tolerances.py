@@ -279,8 +279,8 @@ COST_TIE: Final = 1e-9
 Larger: more ties. Smaller: rounding decides which response is taken.
 """
 
-MIN_IMPROVEMENT: Final = 0.02
-"""[s] By this much the optimistic cost of a response must be below the least cost found so far.
+MIN_IMPROVEMENT: Final = 0.25
+"""[1] Share of the shortest response by which an optimistic cost must be below the least cost found so far.
 
 Other responses are not examined. Larger: fewer are, and arrivals are later by up to this. 0: all that may be better.
 """

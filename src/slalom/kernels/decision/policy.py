@@ -162,7 +162,7 @@ def best_response(
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     robot, scratch, costs = robots.each[i], search.scratch, search.costs
     first, count = responses.kinds[robot.kind], len(search.excluded)
-    worth = MIN_IMPROVEMENT + COST_TIE
+    worth = MIN_IMPROVEMENT * responses.each[first].shortest + COST_TIE
     controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
     preferred, unchanged, u = controls.preferred, controls.unchanged, controls.found
     best, best_r, outcome, clear, detoured = np.inf, -1, CONSTRAINED, False, False
