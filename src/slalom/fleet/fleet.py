@@ -257,9 +257,10 @@ class Fleet(CommittedFleet):
     def _guide(self, guidance: Guidance, now: float) -> None:
         """Replace the targets in the table by those of guidance."""
         each, guide = self.table.each, guidance.guide
+        before, joined = guide.position.copy(), each["present"] & ~self._known
         guide.position[:], guide.velocity[:], guide.present[:] = each["position"], each["velocity"], each["present"]
-        guidance.head_for(each["target"], each["tolerance"], each["stop"], each["present"] & ~self._known)
-        guidance.note_arrivals()
+        new = guidance.head_for(each["target"], each["tolerance"], each["stop"], joined)
+        guidance.note_arrivals(np.where(new[:, None], guide.position, before))
         guidance.update(now, self.period)
         each["target"], each["tolerance"], each["stop"] = guide.target, guide.tolerance, guide.stop
         each["final"] = (guide.target == guide.goal).all(axis=1)
