@@ -6,7 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
+from slalom.bounds import LeastSpeed
 from slalom.checks import TRAJECTORY, Array, flag, has, positive
+from slalom.errors import InvalidInput
 from slalom.limits import Limits
 from slalom.tolerances import ARRIVAL_ERROR, ARRIVAL_FILTER, ROOT_HALVINGS, SQUARED_LENGTH_FLOOR
 from slalom.trajectory import Stationary, Trajectory
@@ -164,6 +166,21 @@ class Goal:
         distance = max(0.0, float(np.linalg.norm(self.position(now) - position)) - self.tolerance)
         velocity_change = float(np.linalg.norm(self.desired_velocity(position, velocity, now, limits) - velocity))
         return float(kernels.time_to_stop(distance, velocity_change, max_acceleration, max_speed))
+
+
+def refuse_stop(goal: Goal, limits: Limits, name: str = "goal") -> None:
+    """Raise InvalidInput for a goal at rest to stop at, of a robot whose limits have the bound LeastSpeed."""
+    bound = least_speed(limits)
+    if bound is not None and goal.stop and isinstance(goal.trajectory, Stationary):
+        raise InvalidInput(
+            f"{name}: expected one to pass (stop=False) with {bound!r}, by which the robot never stops; "
+            "found one at rest with stop=True"
+        )
+
+
+def least_speed(limits: Limits) -> LeastSpeed | None:
+    """The bound by which a robot never stops, if its limits have one."""
+    return next((bound for bound in limits.bounds if isinstance(bound, LeastSpeed)), None)
 
 
 def least_distance(begin: Array, way: Array, bend: Array) -> Array:
