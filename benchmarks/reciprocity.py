@@ -103,8 +103,9 @@ def run(scenario: Scenario, kind: str, *, yields: bool) -> Run:
             if clearance < 0.0 <= least:
                 speed = float(np.linalg.norm(moves[0]))
             least = min(least, clearance)
+        reached = robots[0].goal.reached_during(positions[0], velocities[0], acceleration[0], now, period)
         positions, velocities = integrate(positions, velocities, acceleration, period)
-        if robots[0].goal.reached(positions[0], velocities[0], now + period):
+        if reached:
             return Run(now + period, least, speed)
     return Run(np.inf, least, speed)
 

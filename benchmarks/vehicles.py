@@ -70,8 +70,9 @@ class Exact:
     def goal(self, t: float) -> Any:
         return self.scenario.robot.goal
 
-    def reached(self, t: float) -> bool:
-        return self.scenario.robot.goal.reached(self.now.position, self.now.velocity, t)
+    def place(self) -> tuple[np.ndarray, np.ndarray]:
+        """The position [m] and velocity [m/s] that arrive."""
+        return self.now.position, self.now.velocity
 
     def advance(self, decision: Decision, t: float) -> tuple[np.ndarray, float]:
         """Positions (SAMPLES, 2) [m] of the body, and the largest distance from the plan."""
@@ -104,8 +105,8 @@ class Wheeled:
     def goal(self, t: float) -> Any:
         return self.vehicle.goal(self.pose, self.scenario.robot.goal, t)
 
-    def reached(self, t: float) -> bool:
-        return self.scenario.robot.goal.reached(self.pose.position, self.pose.velocity, t)
+    def place(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.pose.position, self.pose.velocity
 
     def rates(self, y: np.ndarray, s: float, begin: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
         v, turn = (b + s / PERIOD * (e - b) for b, e in zip(begin, end))
@@ -175,8 +176,8 @@ class Quadrotor:
     def goal(self, t: float) -> Any:
         return self.scenario.robot.goal
 
-    def reached(self, t: float) -> bool:
-        return self.scenario.robot.goal.reached(self.now["x"][:2], self.now["v"][:2], t)
+    def place(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.now["x"][:2], self.now["v"][:2]
 
     def mean(self, decision: Decision, name: str, t: float) -> np.ndarray:
         """Mean (2,) of a derivative of the plan around time t [s]."""
@@ -201,10 +202,13 @@ class Quadrotor:
 def run(scenario: Scenario, plant: Any, navigator: Any, judged: bool = False) -> Run:
     """One run; the largest decision time leaves out the first two decisions."""
     obstacles, goal, decision, robot = ObstacleTable(scenario.obstacles), scenario.robot.goal, None, scenario.robot
-    least, off, took, t = np.inf, 0.0, [0.0], scenario.start
+    least, off, took, t, before = np.inf, 0.0, [0.0], scenario.start, plant.place()[0]
     for k in range(round(scenario.duration / PERIOD)):
-        t = scenario.start + k * PERIOD
-        if plant.reached(t):
+        t, (position, velocity) = scenario.start + k * PERIOD, plant.place()
+        # A goal to pass may lie on the way since the last decision.
+        passed = not goal.stop and goal.reached_during(before, (position - before) / PERIOD, 0.0, t - PERIOD, PERIOD)
+        before = position
+        if passed or goal.reached(position, velocity, t):
             return Run(True, t - scenario.start, least, off, max(took[2:], default=0.0))
         begin = perf_counter()
         if judged:

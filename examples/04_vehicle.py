@@ -24,10 +24,12 @@ goal = slalom.Goal(slalom.Stationary((40.0, 0.0)), tolerance=2.0)
 rocks = [slalom.Obstacle(slalom.Disc(1.0), slalom.Stationary((x, y))) for x, y in ((10, 0.3), (18, -1.5), (26, 0.8))]
 
 state = slalom.State((0.0, 0.0), (4.0, 0.0))
-vehicle, decision, time, nearest, farthest = Vehicle.on(state), None, 0.0, np.inf, 0.0
-while time < 30.0 and not goal.reached(state.position, state.velocity, time):
+vehicle, decision, time, nearest, farthest, arrived = Vehicle.on(state), None, 0.0, np.inf, 0.0, False
+while time < 30.0 and not arrived:
     decision = navigator.decide(state, rocks, goal, now=time, previous=decision)
     applied = decision.manoeuvre.mean_acceleration(time, dt)
+    # The goal is passed: it is reached during a step, not only at its end.
+    arrived = goal.reached_during(state.position, state.velocity, applied, time, dt)
     vehicle = bicycle.step(vehicle, state, applied, dt)
     state = slalom.State(
         state.position + dt * state.velocity + 0.5 * dt * dt * applied,

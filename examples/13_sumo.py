@@ -32,12 +32,15 @@ with TemporaryDirectory() as folder:
     libsumo.simulationStep()
 navigator = slalom.Navigator(slalom.method("nao"), slalom.Disc(1.0), slalom.Limits(5.0, 3.0), margin=0.3)
 robot = Robot(libsumo, navigator, uncertainty=slalom.BoundedError(0.1, 0.3))
-goal, k = slalom.Goal(slalom.Stationary((0.0, 25.0)), 0.5), 0
+goal, k, arrived = slalom.Goal(slalom.Stationary((0.0, 25.0)), 0.5), 0, False
 robot.place((0.0, -25.0))
 for _ in range(200):
     libsumo.simulationStep()
-while not goal.reached(robot.state.position, robot.state.velocity, 0.0) and k < 600:
+while not arrived and k < 600:
+    before = robot.state
     robot.step(goal)
+    # The goal is passed: it is reached during a step, not only at its end.
+    arrived = goal.reached_during(before.position, before.velocity, robot.state.acceleration, 0.1 * k, 0.1)
     libsumo.simulationStep()
     k += 1
 libsumo.close()

@@ -24,11 +24,13 @@ from slalom import (
     Fleet,
     FollowVelocity,
     Goal,
+    LeastSpeed,
     Limits,
     LookAhead,
     Navigator,
     Obstacle,
     ObstacleWindow,
+    PathGoal,
     Polyline,
     Reciprocity,
     Rectangle,
@@ -60,7 +62,7 @@ from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import Sampled
-from slalom.vehicle import Bicycle, DifferentialDrive, VehicleNavigator
+from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
 from slalom.view.film import Film
 from slalom.view.video import checked
 
@@ -80,6 +82,7 @@ DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
 DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
 NAVIGATOR = Navigator(NAO, DISC, LIMITS)
 AHEAD = LookAhead(Navigator(method("nao_ahead"), DISC, LIMITS))
+NEVER_STOPS, TO_STOP = Limits(4.0, 2.0, bounds=(LeastSpeed(1.0),)), Goal(Stationary((9.0, 0.0)), stop=True)
 IN_WORLD = Tracks([(9, 0)], [(0, 0)], 1, worlds=[0])
 
 
@@ -581,6 +584,39 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: Navigator(NAO, DISC, LIMITS, period=4.0, horizon=2.0),
     ),
     ("Fleet.step", r"tolerances: expected numbers above 0 m, found 0 m", lambda _: fleet_step(tolerances=(0.0, 1.0))),
+    (
+        "refuse_stop",
+        r"^goal: expected one to pass \(stop=False\) with LeastSpeed\(least=1\.0, .* one at rest with stop=True",
+        lambda _: Navigator(NAO, DISC, NEVER_STOPS).decide(STATE, [], TO_STOP),
+    ),
+    (
+        "refuse_stop",
+        r"^goal: expected one to pass .* found one at rest with stop=True",
+        lambda _: Navigator(NAO, DISC, NEVER_STOPS).decide(STATE, [], PathGoal([(0, 0), (9, 0)])),
+    ),
+    (
+        "refuse_stop",
+        r"^goal: expected one to pass .* found one at rest with stop=True",
+        lambda _: VehicleNavigator(DRIVE, NAO, DISC, limits=NEVER_STOPS).decide(Pose((0, 0), 0.0), [], TO_STOP),
+    ),
+    (
+        "refuse_stop",
+        r"^robot\.goal: expected one to pass .* found one at rest with stop=True",
+        lambda _: replace(ROBOT, name="robot", limits=NEVER_STOPS, goal=TO_STOP),
+    ),
+    (
+        "Fleet._head_for",
+        r"^stop: expected False for robot 1 with LeastSpeed\(least=1\.0, .*, by which it never stops; found True",
+        lambda _: fleet_step(Fleet(NAO, DISC, [LIMITS, NEVER_STOPS])),
+    ),
+    (
+        "refuse_stop",
+        r"^paths\[1\]: expected one to pass .* found one at rest with stop=True",
+        lambda _: Fleet(NAO, DISC, [LIMITS, NEVER_STOPS]).step(
+            0.0, [(0, 0), (0, 5)], np.zeros((2, 2)), paths=[PathGoal([(0, y), (9, y)]) for y in (0, 5)]
+        ),
+    ),
+    ("LookAhead.__post_init__", r"limits: expected no more", lambda _: LookAhead(Navigator(NAO, DISC, NEVER_STOPS))),
     ("Navigator.fall_back", r"obstacles: expected at least one", lambda _: NAVIGATOR.fall_back(STATE, [], GOAL)),
     (
         "state_to_decide_from",

@@ -89,6 +89,38 @@ def test_a_kink_within_a_step_is_not_missed():
     assert reward == pytest.approx(-1.0 - 0.1 / 60.0)
 
 
+@pytest.mark.parametrize("distance", [5.8, 6.2, 30.0, 34.3])
+def test_a_goal_that_is_passed_within_a_step_is_reached(distance):
+    """At 20 m/s and with a period of 0.2 s samples are 4 m apart; a goal to stop at is not reached so."""
+    v, first = (20.0, 0.0), np.ceil((distance - np.sqrt(0.5**2 - 0.2**2)) / 4.0)
+    for stop in (False, True):
+        goal = Goal(Stationary((distance, 0.2)), 0.5, stop)
+        robots = [Robot(Disc(0.4), Limits(20.0, 4.0), State((0, 0), v), goal, "a")]
+        env = RobotEnv(Scenario("fast", tuple(robots), dt=0.2))
+        robots.append(Robot(Disc(0.4), Limits(20.0, 4.0), State((0, 50), v), Goal(Stationary((500.0, 50.0))), "b"))
+        fleet = FleetEnv(Scenario("fast", tuple(robots), dt=0.2))
+        env.reset(seed=0)
+        fleet.reset(seed=0)
+        for step in range(1, int(first) + 1):
+            _, reward, ended, _, info = env.step(np.zeros(2))
+            _, rewards, gone, _, infos = fleet.step(dict.fromkeys(fleet.agents, np.zeros(2)))
+            arrives = not stop and step == first
+            assert (ended, gone["a"], info["is_success"], infos["a"]["is_success"]) == (arrives,) * 4
+            before, after = (np.hypot(distance - 4.0 * k, 0.2) for k in (step - 1, step))
+            expected = (before - after) / np.hypot(distance, 0.2) - 0.2 / 60.0 + arrives
+            assert (reward, rewards["a"]) == pytest.approx((expected, expected))
+        assert info["time"] == pytest.approx(0.2 * first)
+
+
+def test_a_goal_in_motion_that_is_passed_within_a_step_is_reached():
+    goal = Goal(Sampled([0.0, 9.0], [(9.0, 0.2), (0.0, 0.2)], "linear"), 0.5)
+    robot = Robot(Disc(0.4), Limits(20.0, 4.0), State((0, 0), (20, 0)), goal)
+    env = RobotEnv(Scenario("fast", (robot,), dt=0.2))
+    env.reset(seed=0)
+    outcomes = [env.step(np.zeros(2))[4]["outcome"] for _ in range(3)]
+    assert outcomes == ["running", "running", "arrived"]
+
+
 def test_actions_obey_the_limits():
     for command in ("acceleration", "velocity"):
         env, rng = RobotEnv("empty", command=command), np.random.default_rng(0)

@@ -2099,6 +2099,18 @@ CASES = [
         reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")),
     ),
     Case(
+        "read_scenario",
+        InvalidFile,
+        r"a\.yaml:.*: robot\.goal: expected one to pass .* found one at rest with stop=True",
+        reading(
+            read_scenario,
+            "a.yaml",
+            MINIMAL.replace("GOAL", "position: [9, 0], stop: true").replace(
+                "max_speed", "bounds: [{kind: least_speed, least: 1}], max_speed"
+            ),
+        ),
+    ),
+    Case(
         "text_of",
         InvalidFile,
         r"a\.yaml: expected a readable YAML file, found ",

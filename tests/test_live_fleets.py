@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from live_views import kinds
 
-from slalom import Outcome, method
+from slalom import Disc, Goal, Limits, Outcome, State, Stationary, method
 from slalom.live import near as nearest
 from slalom.live.control_space import planes_of
 from slalom.live.fields import Fields
@@ -16,7 +16,8 @@ from slalom.live.recorded import recorded
 from slalom.live.seen import seen_among
 from slalom.live.session import Session
 from slalom.live.targets import Targets
-from slalom.sim import Recording, gallery, simulate
+from slalom.sim import Recording, Robot, Scenario, gallery, simulate
+from slalom.sim.run.simulate import Run
 from slalom.tolerances import VIEW_PREDICTED, VIEW_PROJECTION_GRID
 
 
@@ -55,6 +56,29 @@ def test_targets_are_the_same_in_any_order_and_end_at_the_goal(ring: Recording) 
     session = Session(alone, method("nao"))
     session.opening()
     assert Targets(alone).goal(session._played.steps, 0, 1) is alone.robots[1].goal
+
+
+def test_targets_are_those_of_a_run_in_which_a_robot_passed_its_goal_within_a_step() -> None:
+    """It has left the scene, so that the robot in front of it no longer keeps right."""
+    robots = tuple(
+        Robot(Disc(0.5), Limits(20.0, 4.0), State((x, y), (v, 0)), Goal(Stationary(goal)), name)
+        for name, x, y, v, goal in (
+            ("a", -20.0, 0.1, 20.0, (2.0, 0.3)),
+            ("b", 60.0, -0.1, -20.0, (-200.0, 0.0)),
+            ("c", 60.0, 9.0, -20.0, (-200.0, 9.0)),
+        )
+    )
+    run = Run(Scenario("passing", robots, dt=0.2, duration=4.0), method("nao"))
+    targets, known, shifted = Targets(run.log.scenario), [], 0
+    for _ in run.steps():
+        known.append(run.decider.guidance.guide.target[:, :2].copy())
+    assert run.log.arrived[0] == pytest.approx(1.2)
+    for k, expected in enumerate(known):
+        for robot in np.flatnonzero(run.log.arrived > 0.2 * k).tolist():
+            found = targets.goal(run.log.steps, k, robot).position(0.2 * k)
+            np.testing.assert_array_equal(found, expected[robot])
+            shifted += not np.array_equal(found, robots[robot].goal.position(0.0))
+    assert shifted > 0
 
 
 def test_robots_that_are_left_out_can_be_met_by_no_drawn_control(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -506,7 +506,7 @@ robots:
     priority: {first: 4, last: 1}
     max_speed: 1.5
     max_acceleration: 2
-    bounds: [{kind: least_speed, least: 0.25}]
+    bounds: [{kind: turning_radius, least: 0.5}]
     positions: {kind: line, first: [0, 0], last: [0, 9]}
     goals: {kind: displaced, by: [8, 1]}
     goal: {stop: true, tolerance: 0.25}
@@ -525,7 +525,7 @@ robots:
      goal: {position: [8, 8]}, *slow}
   - {name: courier 3, position: [0, 9], radius: 0.5, priority: 1, goal: {position: [8, 10], *goal}, *shared}
 """
-SHARED = "method: rvo, max_speed: 1.5, max_acceleration: 2, bounds: [{kind: least_speed, least: 0.25}]"
+SHARED = "method: rvo, max_speed: 1.5, max_acceleration: 2, bounds: [{kind: turning_radius, least: 0.5}]"
 ONE_BY_ONE = (
     ONE_BY_ONE.replace("&goal stop: true", "*goal")
     .replace("*goal", "stop: true, tolerance: 0.25")

@@ -280,7 +280,7 @@ class LeastSpeed:
     """The velocity along the present heading stays at or above `least` [m/s]: for vehicles that must not stop.
 
     A slower vehicle must not become slower still. Only the motion until the control has settled is bounded, not the
-    later motion of a response (`AccelerateThenStop` stops).
+    later motion of a response (`AccelerateThenStop` stops). To stop at a goal at rest is refused.
     """
 
     of: ClassVar[Literal["velocity"]] = "velocity"

@@ -6,9 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
+from slalom.bounds import LeastSpeed
 from slalom.checks import TRAJECTORY, Array, flag, has, positive
+from slalom.errors import InvalidInput
 from slalom.limits import Limits
-from slalom.tolerances import AT_REST, BRAKING_SHARE
+from slalom.tolerances import (
+    ARRIVAL_ERROR,
+    ARRIVAL_FILTER,
+    AT_REST,
+    BRAKING_SHARE,
+    ROOT_HALVINGS,
+    SQUARED_LENGTH_FLOOR,
+)
 from slalom.trajectory import Stationary, Trajectory
 from slalom.trajectory.protocol import FOREVER
 
@@ -17,8 +26,9 @@ from slalom.trajectory.protocol import FOREVER
 class Goal:
     """Target position, at rest or moving, to pass within `tolerance` [m] or, with `stop`, to reach and stay at.
 
-    Before and after the span of its trajectory the goal rests at its first and last position. A robot has arrived when
-    it is within `tolerance` of the goal; with `stop` its relative speed must also be at most `tolerance` / s.
+    Before and after the span of its trajectory the goal rests at its first and last position. A goal to pass is reached
+    at the end of the first step whose motion comes within `tolerance` of it, also between the ends of the step. With
+    `stop` only states at the ends of steps count: there the relative speed must also be at most `tolerance` / s.
 
     Raises:
         InvalidInput: not a trajectory; a tolerance that is not above 0.
@@ -46,7 +56,7 @@ class Goal:
         return np.asarray(np.where(exists, self.trajectory.velocity(np.clip(time, first, last)), 0.0))
 
     def reached(self, position: Array, velocity: Array, now: float) -> bool:
-        """Whether a robot in this state at time `now` [s] has arrived."""
+        """Whether a robot in this state at time `now` [s] has arrived; for its motion since see `reached_during`."""
         return bool(self.reached_at(position, velocity, np.asarray(now)))
 
     def reached_at(self, positions: Array, velocities: Array, times: Array) -> npt.NDArray[np.bool_]:
@@ -55,6 +65,64 @@ class Goal:
         if not self.stop or not np.any(within):
             return np.asarray(within)
         return np.asarray(within & (np.linalg.norm(self.velocity(times) - velocities, axis=-1) <= self.tolerance))
+
+    def reached_during(
+        self, positions: Array, velocities: Array, accelerations: Array | float, times: Array | float, duration: float
+    ) -> npt.NDArray[np.bool_]:
+        """Whether the goal is reached during steps that begin in these states: (...).
+
+        With `stop` only the end of a step counts, see `reached_at`. A goal to pass is reached if the least distance
+        during the step is at most the tolerance. To a goal at rest that distance is exact. The motion relative to
+        another goal is halved until the chords of its parts are within ARRIVAL_ERROR of it, by the bound of the goal's
+        acceleration between its breaks.
+
+        Args:
+            positions, velocities: (..., d) [m, m/s] at the begin of each step. accelerations: (..., d) [m/s^2],
+                constant during it. Where only two positions are known, the mean velocity and 0 are the straight way.
+            times: (...) [s] of the begins. duration: [s] of a step.
+        """
+        begin, v, a = np.broadcast_arrays(positions, velocities, accelerations)
+        start = np.broadcast_to(np.asarray(times, dtype=np.float64), begin.shape[:-1])
+        end = begin + duration * (v + 0.5 * duration * a)
+        found = np.array(self.reached_at(end, v + duration * a, start + duration))
+        if self.stop or found.all():
+            return found
+        # No part of the motion is farther from its end than the longest way.
+        speed = np.maximum(np.linalg.norm(v, axis=-1), np.linalg.norm(v + duration * a, axis=-1))
+        if isinstance(self.trajectory, Stationary):
+            reach = self.tolerance + duration * speed
+            near = ~found & (np.linalg.norm(end - self.position(start), axis=-1) <= ARRIVAL_FILTER * reach)
+            offset = (begin - self.position(start))[near]
+            found[near] = least_distance(offset, duration * v[near], 0.5 * duration**2 * a[near]) <= self.tolerance
+            return found
+        for k in np.ndindex(found.shape):
+            found[k] = found[k] or self._passed(begin[k], v[k], a[k], float(start[k]), duration)
+        return found
+
+    def _passed(self, position: Array, velocity: Array, acceleration: Array, now: float, duration: float) -> bool:
+        """Whether the motion of one step from `now` [s] on passes a goal that moves."""
+        first, last = np.clip(self.trajectory.span, now, now + duration).tolist()
+        knots, bend = [now, first, last, now + duration], float(np.linalg.norm(acceleration)) / 8.0
+        if first < last:
+            knots += self.trajectory.breaks(first, last).tolist()
+            bend += self.trajectory.acceleration_bound(first, last) / 8.0
+        times = np.unique(knots)
+        begin, end = times[:-1], times[1:]
+        while len(begin):
+            moments = np.stack([begin, end])
+            t = (moments - now)[..., None]
+            offsets = position + t * (velocity + 0.5 * t * acceleration) - self.position(moments)
+            if np.any(np.linalg.norm(offsets, axis=-1) <= self.tolerance):
+                return True
+            error, chord = bend * (end - begin) ** 2, offsets[1] - offsets[0]
+            distance = least_distance(offsets[0], chord, np.zeros_like(chord))
+            if np.any((distance <= self.tolerance) & (error <= ARRIVAL_ERROR)):
+                return True
+            rest = (distance <= self.tolerance + error) & (error > ARRIVAL_ERROR)
+            begin, end = begin[rest], end[rest]
+            middle = 0.5 * (begin + end)
+            begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
+        return False
 
     def interception_point(self, position: Array, now: float, limits: Limits) -> Array:
         """Position (d,) [m] where a robot at `position` (d,) [m], at max_speed from now on, meets the goal.
@@ -98,21 +166,73 @@ class Goal:
         farthest = max(np.linalg.norm(away), np.linalg.norm(away - 0.5 * step * velocity))
         return bool(farthest <= self.tolerance and np.linalg.norm(velocity) <= AT_REST + step * braking)
 
-    def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits) -> float:
+    def time_to_go(
+        self, position: Array, velocity: Array, now: float, limits: Limits, shortest: float = 0.0
+    ) -> float:
         """Estimated time [s] that a robot in this state needs to the goal without obstacles.
 
         To pass a goal at rest: the earliest arrival under one constant acceleration followed by coasting, exact
         (`kernels/decision/time_to_go.py`). A moving goal is evaluated where it is intercepted. With `stop`: exact on a
-        line, with the deceleration of `desired_velocity`.
+        line, with the deceleration of `desired_velocity`; 0 for a robot at rest within the tolerance.
+
+        Args:
+            shortest: [s] the least time for which the robot holds an acceleration. To reach the maximum speed takes at
+                least once this time; to stop takes it twice, or once within the tolerance.
         """
         most, top, braking = limits.max_acceleration, limits.max_speed, BRAKING_SHARE * limits.braking
+        duration, slower = 0.0, max(top - float(np.linalg.norm(velocity)), 0.0)
         if self.stop:
             away, relative = self.position(now) - position, velocity - self.velocity(now)
-            if self._rests(away, relative):
-                return 0.0
-            return float(kernels.time_to_rest(away, relative, most, braking, top))
-        duration = 0.0
-        for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
-            displacement = self.position(now + duration) - position
-            duration = kernels.earliest_arrival(displacement, velocity, most, top, 0.5 * self.tolerance)
+            if self._rests(away, relative, shortest, braking):
+                return 0.0 if self._rests(away, relative) else shortest
+            duration = max(float(kernels.time_to_rest(away, relative, most, braking, top)), 2.0 * shortest)
+        else:
+            for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
+                displacement = self.position(now + duration) - position
+                duration = kernels.earliest_arrival(displacement, velocity, most, top, 0.5 * self.tolerance)
+        if slower < shortest * most and duration > 2.0 * shortest:
+            duration += slower * (shortest - slower / most) / (2.0 * top)
         return float(duration)
+
+
+def refuse_stop(goal: Goal, limits: Limits, name: str = "goal") -> None:
+    """Raise InvalidInput for a goal at rest to stop at, of a robot whose limits have the bound LeastSpeed."""
+    bound = least_speed(limits)
+    if bound is not None and goal.stop and isinstance(goal.trajectory, Stationary):
+        raise InvalidInput(
+            f"{name}: expected one to pass (stop=False) with {bound!r}, by which the robot never stops; "
+            "found one at rest with stop=True"
+        )
+
+
+def least_speed(limits: Limits) -> LeastSpeed | None:
+    """The bound by which a robot never stops, if its limits have one."""
+    return next((bound for bound in limits.bounds if isinstance(bound, LeastSpeed)), None)
+
+
+def least_distance(begin: Array, way: Array, bend: Array) -> Array:
+    """Least distance (n,) [m] of motions begin + u way + u^2 bend, 0 <= u <= 1, from the origin; all (n, d) [m].
+
+    Half the derivative of the squared distance is a cubic with a leading coefficient of at least 0. It rises before the
+    first and after the second root of its own derivative. Each of the two parts has at most one minimum, at the root of
+    the cubic, which bisection finds to the last digit.
+    """
+    c0, c1 = (begin * way).sum(axis=-1), (way * way + 2.0 * begin * bend).sum(axis=-1)
+    if not bend.any():
+        u = np.clip(-c0 / np.maximum(c1, SQUARED_LENGTH_FLOOR), 0.0, 1.0)
+        return np.asarray(np.linalg.norm(begin + u[..., None] * way, axis=-1))
+    c2, c3 = 3.0 * (way * bend).sum(axis=-1), 2.0 * (bend * bend).sum(axis=-1)
+    square = c2 * c2 - 3.0 * c1 * c3
+    larger = np.where(square > 0.0, -c2 - np.copysign(np.sqrt(np.maximum(square, 0.0)), c2), 1.0)
+    # The roots of c1 + 2 c2 u + 3 c3 u^2 without cancellation. Without any, the cubic rises up to 1.
+    roots = np.stack([larger / np.maximum(3.0 * c3, SQUARED_LENGTH_FLOOR), c1 / larger])
+    first, second = np.clip(np.where(square > 0.0, np.sort(roots, axis=0), 1.0), 0.0, 1.0)
+    least = np.minimum(np.linalg.norm(begin, axis=-1), np.linalg.norm(begin + way + bend, axis=-1))
+    low, high = np.stack([np.zeros_like(first), second]), np.stack([first, np.ones_like(second)])
+    for _ in range(ROOT_HALVINGS):
+        middle = 0.5 * (low + high)
+        falls = c0 + middle * (c1 + middle * (c2 + middle * c3)) < 0.0
+        low, high = np.where(falls, middle, low), np.where(falls, high, middle)
+    for u in high[..., None]:
+        least = np.minimum(least, np.linalg.norm(begin + u * (way + u * bend), axis=-1))
+    return np.asarray(least)

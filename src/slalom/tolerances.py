@@ -1521,6 +1521,15 @@ The array that the filter uses and the goal may round differently. It must excee
 value changes no arrival and costs more calls.
 """
 
+ARRIVAL_ERROR: Final = 1e-9
+"""[m] Error of the least distance from a goal in motion during a step.
+
+Larger: a robot that passes at the tolerance may arrive or not within this distance. Smaller: more halvings there.
+"""
+
+ROOT_HALVINGS: Final = 53
+"""[1] Bisections of a share of a step: beyond them the interval is shorter than rounding can resolve."""
+
 ARRIVAL_LOST: Final = 2.0
 """[1] A robot at its goal no longer counts as arrived beyond this many tolerances from it.
 

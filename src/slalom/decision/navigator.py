@@ -143,10 +143,11 @@ class Navigator:
                 its velocity.
 
         Raises:
-            InvalidInput: dimensions that differ; no goal for an objective that has one; an acceleration to follow with
-                a response that does not set the acceleration at once; a method that needs more than one robot observes;
-                other robots for an objective written in Python; a time before that of the previous decision, or the
-                same for a robot at another position; a delay above the horizon; an obstacle whose trajectory ended.
+            InvalidInput: dimensions that differ; no goal for an objective that has one; a goal at rest to stop at with
+                the bound LeastSpeed; an acceleration to follow with a response that does not set the acceleration at
+                once; a method that needs more than one robot observes; other robots for an objective written in Python;
+                a time before that of the previous decision, or the same for a robot at another position; a delay above
+                the horizon; an obstacle whose trajectory ended.
         """
         refuse_alone(self.method)
         state = state_to_decide_from(state, previous, now, delay, self.horizon)
@@ -154,7 +155,7 @@ class Navigator:
             has(objective, *OBJECTIVE, "objective")
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
-        given, goal = goal, goal_or_place(goal, state, robot.objective)
+        given, goal = goal, goal_or_place(goal, state, robot.objective, self.limits)
         others, unyielding = observed_robots(robots, self.method.robot_forecast)
         listed_obstacles = tuple(listed(obstacles))
         around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
@@ -272,7 +273,7 @@ class Navigator:
         state_to_decide_from(state, None, now, 0.0, self.horizon)
         if not len(listed(obstacles)):
             raise InvalidInput("obstacles: expected at least one to fall back from, found none")
-        goal = goal_or_place(goal, state, self.objective)
+        goal = goal_or_place(goal, state, self.objective, self.limits)
         return self._fall_back(self.predict(obstacles, state, now), state, goal, now)
 
     def _fall_back(self, obstacles: ObstacleWindow, state: State, goal: Goal, now: float) -> Decision:

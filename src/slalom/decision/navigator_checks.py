@@ -17,7 +17,8 @@ from slalom.checks import (
     positive,
 )
 from slalom.errors import InvalidInput
-from slalom.goal import Goal
+from slalom.goal import Goal, refuse_stop
+from slalom.limits import Limits
 from slalom.objective import Arrive, FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
@@ -75,11 +76,12 @@ def checked_detours(detours: Sequence[float]) -> tuple[float, ...]:
     return tuple(number(angle, f"detours[{k}]") for k, angle in enumerate(detours))
 
 
-def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal:
+def goal_or_place(goal: Goal | None, state: State, objective: Objective, limits: Limits) -> Goal:
     """The goal; the position of the robot for an objective that needs none.
 
     Raises:
-        InvalidInput: no goal for an objective that needs one; a goal of another dimension than the state.
+        InvalidInput: no goal for an objective that needs one, or one to stop at for a robot that never stops; a goal of
+            another dimension than the state.
     """
     if goal is None:
         if not isinstance(objective, FOLLOWING):
@@ -87,6 +89,8 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective) -> Goal
         return Goal(Stationary(state.position))
     has(goal, *GOAL, "goal")
     same_dimension(goal.trajectory.dimension, state.dimension, "goal", "state")
+    if not isinstance(objective, FOLLOWING):
+        refuse_stop(goal, limits)
     return goal
 
 

@@ -16,6 +16,7 @@ from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
 from slalom.fleet.guidance import Guidance
 from slalom.fleet.observation import decide_by_sight
+from slalom.goal import least_speed, refuse_stop
 from slalom.kernels.arrays import Flags, Indices
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
@@ -125,7 +126,7 @@ class Fleet(CommittedFleet):
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, a tolerance of 0, not one of targets,
                 desired velocities and paths, a time before that of the last step, headings in space; no targets for a
-                guided fleet.
+                guided fleet; a target or a path to stop at for a robot with the bound LeastSpeed.
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")
@@ -240,6 +241,12 @@ class Fleet(CommittedFleet):
         each["max_speed"] = [limits.max_speed for limits in self.members.limits]
         if targets is not None:
             each["target"][:, :d], each["final"] = array_of(targets, "targets", (n, d)), True
+            for k in np.flatnonzero(each["stop"]).tolist():
+                bound = least_speed(self.members.limits[k])
+                if bound is not None:
+                    raise InvalidInput(
+                        f"stop: expected False for robot {k} with {bound!r}, by which it never stops; found True"
+                    )
         elif desired_velocities is not None:
             each["wanted"][:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
         elif paths is not None:
@@ -248,6 +255,7 @@ class Fleet(CommittedFleet):
                 raise InvalidInput(f"paths: expected {n}, found {len(paths)}")
             for k, path in enumerate(paths):
                 has(path, ("lookahead", "step"), "a PathGoal", f"paths[{k}]")
+                refuse_stop(path, self.members.limits[k], f"paths[{k}]")
             self._paths = tuple(paths)
             # A robot that comes back begins anew.
             self.progress = [at if there else None for at, there in zip(self.progress, each["present"])]
@@ -257,9 +265,10 @@ class Fleet(CommittedFleet):
     def _guide(self, guidance: Guidance, now: float) -> None:
         """Replace the targets in the table by those of guidance."""
         each, guide = self.table.each, guidance.guide
+        before, joined = guide.position.copy(), each["present"] & ~self._known
         guide.position[:], guide.velocity[:], guide.present[:] = each["position"], each["velocity"], each["present"]
-        guidance.head_for(each["target"], each["tolerance"], each["stop"], each["present"] & ~self._known)
-        guidance.note_arrivals()
+        new = guidance.head_for(each["target"], each["tolerance"], each["stop"], joined)
+        guidance.note_arrivals(np.where(new[:, None], guide.position, before))
         guidance.update(now, self.period)
         each["target"], each["tolerance"], each["stop"] = guide.target, guide.tolerance, guide.stop
         each["final"] = (guide.target == guide.goal).all(axis=1)

@@ -11,6 +11,7 @@ from slalom import kernels
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.fleet.threads import map_in_threads
+from slalom.goal import least_distance
 from slalom.kernels.arrays import Flags
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.obstacle import Obstacle
@@ -90,20 +91,27 @@ class Guidance:
             circle=np.zeros((n, 4)),
         )
 
-    def head_for(self, goals: Array, tolerances: Array, stop: Flags, joined: Flags) -> None:
-        """Set the goals (n, 3) [m] of the robots; those that `joined` (n,) or have another goal begin anew."""
+    def head_for(self, goals: Array, tolerances: Array, stop: Flags, joined: Flags) -> Flags:
+        """Set the goals (n, 3) [m] of the robots; those that `joined` (n,) or have another goal begin anew: (n,)."""
         guide = self.guide
         new = joined | (np.linalg.norm(goals - guide.goal, axis=1) > tolerances)
         guide.goal[:], guide.goal_tolerance[:], guide.goal_stop[:] = goals, tolerances, stop
         guide.waypoint[new] = guide.target[new] = goals[new]
         guide.waiting_time[new], guide.yielding[new], guide.circle[new] = 0.0, 0.0, 0.0
         guide.arrived[new] = guide.visited[new] = False
+        return np.asarray(new)
 
-    def note_arrivals(self) -> None:
-        """Update which robots have arrived at goals at rest: the rules of `Goal.reached` and of ARRIVAL_LOST."""
+    def note_arrivals(self, before: Array) -> None:
+        """Update which robots have arrived at goals at rest: the rules of `Goal` and of ARRIVAL_LOST.
+
+        A goal to pass is reached if the straight way from `before` (n, 3) [m], a period ago, touches the tolerance.
+        """
         guide = self.guide
         distance, speed = np.linalg.norm(guide.goal - guide.position, axis=1), np.linalg.norm(guide.velocity, axis=1)
-        there = (distance <= guide.goal_tolerance) & (~guide.goal_stop | (speed <= guide.goal_tolerance))
+        way = guide.position - before
+        passed = least_distance(before - guide.goal, way, np.zeros_like(way)) <= guide.goal_tolerance
+        stopped = (distance <= guide.goal_tolerance) & (speed <= guide.goal_tolerance)
+        there = np.where(guide.goal_stop, stopped, passed | (distance <= guide.goal_tolerance))
         guide.arrived[:] = guide.present & (there | (guide.arrived & (distance <= ARRIVAL_LOST * guide.goal_tolerance)))
 
     def update(self, now: float, period: float) -> None:

@@ -29,17 +29,22 @@ class Targets:
         if not self._guidance.guided:
             return own
         while len(self._known) <= k:
-            self._advance(steps[len(self._known)])
+            self._advance(steps)
         target, tolerance, stop = (values[robot] for values in self._known[k])
         made = k - k % self._scenario.steps_per_decision
         if (target == own.position(self._scenario.start + made * self._scenario.dt)).all():
             return own
         return Goal(Stationary(target), float(tolerance), bool(stop))
 
-    def _advance(self, step: Step) -> None:
+    def _advance(self, steps: Sequence[Step]) -> None:
         scenario, states, guide, d = self._scenario, self._states, self._guidance.guide, self._scenario.dimension
         k = len(self._known)
-        now = scenario.start + k * scenario.dt
+        step, now = steps[k], scenario.start + k * scenario.dt
+        if k:
+            # A goal may be passed during a step.
+            acceleration = np.zeros_like(states.position)
+            acceleration[self._rows, :d] = steps[k - 1].accelerations
+            states.integrate(acceleration, scenario.dt)
         states.position[self._rows, :d], states.velocity[self._rows, :d] = step.positions, step.velocities
         states.note_arrivals(now)
         if k % scenario.steps_per_decision:

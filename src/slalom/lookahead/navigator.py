@@ -97,7 +97,7 @@ class LookAhead:
                 before; a time before that of the previous decision, a delay above the horizon of the navigator.
         """
         state = state_to_decide_from(state, previous, now, delay, self.navigator.horizon)
-        goal_or_place(goal, state, self.navigator.objective)
+        goal_or_place(goal, state, self.navigator.objective, self.navigator.limits)
         if isinstance(goal, PathGoal):
             raise InvalidInput("goal: expected one without a path to look ahead, found a PathGoal")
         if not isinstance(goal.trajectory, Stationary):

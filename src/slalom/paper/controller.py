@@ -123,7 +123,7 @@ def run(
 ) -> Run:
     """Simulate from `start` until the robot is RIM_RADIUS away from the centre again, at most `max_duration` [s]."""
     lanes = CarLanes(obstacles, known=METHODS[rules.method].forecast == Known())
-    state, current, has_left = start, None, False
+    state, current, has_left, reached = start, None, False, False
     robot = Robot(ROBOT, Limits(UNREACHED_SPEED, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
     scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan, horizon=rules.horizon)
     log = RunLog(scenario, rules.method, 0, METHODS[rules.method].foresight)
@@ -133,13 +133,14 @@ def run(
         preferred = preferred_acceleration(state, goal, rules.max_acceleration)
         current, status = decide(state, traffic, rules, preferred, current)
         rows = (state.position[None], state.velocity[None], current[None], current[None])
+        reached = bool(robot.goal.reached_during(state.position, state.velocity, current, now, rules.replan))
         log.steps.append(Step(*rows, (repr(RESPONSE),), (status,), np.zeros(1)))
         state = State(*integrate(state.position, state.velocity, current, rules.replan), current)
         has_left = bool(np.linalg.norm(state.position) > RIM_RADIUS)
         if has_left:
             break
     end = rules.replan * len(log.steps)
-    arrived = end if robot.goal.reached(state.position, state.velocity, end) else np.inf
+    arrived = end if reached else np.inf
     log.end(state.position[None], state.velocity[None], np.array([arrived]))
     return Run(Recording.of(log), tuple(step.outcomes[0] for step in log.steps), has_left)
 

@@ -25,9 +25,9 @@ from slalom.checks import (
     text,
 )
 from slalom.decision.navigator import Navigator
-from slalom.decision.navigator_checks import checked_holds
+from slalom.decision.navigator_checks import FOLLOWING, checked_holds
 from slalom.errors import InvalidInput
-from slalom.goal import Goal
+from slalom.goal import Goal, refuse_stop
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
@@ -52,7 +52,8 @@ class Robot:
         objective: what a single robot minimises; None: to arrive.
 
     Raises:
-        InvalidInput: a shape or a goal of another dimension than the state, a negative margin or priority.
+        InvalidInput: a shape or a goal of another dimension than the state, a negative margin or priority, a goal at
+            rest to stop at with the bound LeastSpeed.
     """
 
     shape: Shape
@@ -83,6 +84,8 @@ class Robot:
                 raise InvalidInput(
                     f"{self.name}.{part}: expected dimension {self.state.dimension} as of the state, found {dimension}"
                 )
+        if not isinstance(self.objective, FOLLOWING):
+            refuse_stop(self.goal, self.limits, f"{self.name}.goal")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

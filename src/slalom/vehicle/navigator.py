@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import LIMITS, Array, has, not_negative, number, positive, whole
+from slalom.checks import GOAL, LIMITS, Array, has, not_negative, number, positive, whole
 from slalom.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.navigator import Navigator
 from slalom.errors import InvalidInput
-from slalom.goal import Goal
+from slalom.goal import Goal, refuse_stop
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import HOLDS, Method
@@ -169,6 +169,8 @@ class VehicleNavigator:
             InvalidInput: as `Navigator.decide`.
         """
         has(pose, *POSE, "pose")
+        has(goal, *GOAL, "goal")
+        refuse_stop(goal, self._navigators[0].limits)
         number(now, "now")
         if previous is not None:
             has(previous, ("manoeuvre", "plan", "reverses_until"), "a VehicleDecision", "previous")

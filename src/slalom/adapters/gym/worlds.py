@@ -19,7 +19,7 @@ from slalom.shape import Ball, Disc
 from slalom.sim.run.robot_states import integrate
 from slalom.sim.scenario import Scenario
 from slalom.state import State
-from slalom.tolerances import CERTIFIED
+from slalom.tolerances import ARRIVAL_FILTER, CERTIFIED
 from slalom.trajectory import Stationary
 
 RUNNING, ARRIVED, COLLISION, TIME = range(4)
@@ -165,15 +165,20 @@ class Worlds:
         for k in np.flatnonzero(self.robots.chases.any(axis=1) & some).tolist():
             self._set_goals(k, np.flatnonzero(self.robots.chases[k]).tolist())
         clearance = least_clearances(self, moved, steps, moves, around, self._surroundings())
-        return self._ends(moves, clearance, distance)
+        return self._ends(moves, clearance, distance, moved, steps)
 
-    def _ends(self, moves: Flags, clearance: Array, before: Array) -> Transition:
-        """Rewards and outcomes of the robots that moved; `before` (W, R) [m] is their distance to the goal before."""
+    def _ends(self, moves: Flags, clearance: Array, before: Array, moved: Moved, steps: Indices) -> Transition:
+        """Rewards and outcomes of the robots that moved from `moved` and `steps` (W,) on.
+
+        `before` (W, R) [m] is their distance to the goal before.
+        """
         robots, distance = self.robots, np.linalg.norm(self._goal - self.position, axis=-1)
         slow = np.linalg.norm(self._goal_velocity - self.velocity, axis=-1) <= robots.tolerance
         durations = np.array([scenario.duration for scenario in self.scenarios])
         outcome = np.where((self.steps + 0.5) * self.period > durations, TIME, RUNNING)[:, None]
-        outcome = np.where((distance <= robots.tolerance) & (slow | ~robots.stop), ARRIVED, outcome)
+        there = (distance <= robots.tolerance) & (slow | ~robots.stop)
+        there |= self._passed(moves & ~there & ~robots.stop, distance, moved, steps)
+        outcome = np.where(there, ARRIVED, outcome)
         outcome = np.where(clearance < -CERTIFIED, COLLISION, outcome) * moves
         reward = (before - distance) / robots.distance - (self.period / durations)[:, None]
         reward += np.where(outcome == ARRIVED, 1.0, 0.0) - np.where(outcome == COLLISION, 1.0, 0.0)
@@ -183,6 +188,17 @@ class Worlds:
             self.there &= ~gone
             self._around = None
         return Transition(np.where(moves, reward, 0.0), clearance, outcome)
+
+    def _passed(self, some: Flags, distance: Array, moved: Moved, steps: Indices) -> Flags:
+        """Which of some robots (W, R) passed their goals during the step: (W, R); `distance` [m] is that at its end."""
+        speed = np.maximum(np.linalg.norm(moved.velocity, axis=-1), np.linalg.norm(self.velocity, axis=-1))
+        near = distance <= ARRIVAL_FILTER * (self.robots.tolerance + self.period * speed)
+        passed = np.asarray(some & (near | self.robots.chases))
+        for w, r in np.argwhere(passed).tolist():
+            goal, begin = self.scenarios[w].robots[r].goal, self.scenarios[w].start + steps[w] * self.period
+            p, v, a = moved.position[w, r], moved.velocity[w, r], moved.acceleration[w, r]
+            passed[w, r] = goal.reached_during(p, v, a, begin, self.period)
+        return passed
 
     def observations(self) -> npt.NDArray[np.float32]:
         """Observations (W, R, size), in [-1, 1].

@@ -1,5 +1,7 @@
 """The states of all robots of a run as arrays, their arrivals, and the one integrator."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from slalom.checks import Array
@@ -15,6 +17,15 @@ def integrate(position: Array, velocity: Array, acceleration: Array, duration: f
     Exact for an `acceleration` (..., d) [m/s^2] that is constant over the duration.
     """
     return position + duration * (velocity + 0.5 * duration * acceleration), velocity + duration * acceleration
+
+
+class _Step(NamedTuple):
+    """The motion of n robots in the step made last."""
+
+    position: Array  # (n, 3) [m] at its begin
+    velocity: Array  # (n, 3) [m/s]
+    acceleration: Array  # (n, 3) [m/s^2]
+    duration: float  # [s]
 
 
 class RobotStates:
@@ -40,6 +51,8 @@ class RobotStates:
         self.present = np.ones(n, np.bool_)
         self._goal = _in_space(np.array([robot.goal.position(scenario.start) for robot in robots]))
         self._tolerance = np.array([robot.goal.tolerance for robot in robots])
+        self._passes = np.array([not robot.goal.stop for robot in robots])
+        self._step: _Step | None = None
         self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
 
     def state(self, k: int) -> State:
@@ -54,15 +67,29 @@ class RobotStates:
         return self._goal
 
     def note_arrivals(self, now: float) -> None:
-        """Update `arrived` and `present` at `now` [s]."""
-        d, distance = self.dimension, np.linalg.norm(self.goals(now) - self.position, axis=1)
-        for k in np.flatnonzero(self.present & (distance <= ARRIVAL_FILTER * self._tolerance)):
-            goal = self.robots[k].goal
-            if not np.isfinite(self.arrived[k]) and goal.reached(self.position[k, :d], self.velocity[k, :d], now):
+        """Update `arrived` and `present` at `now` [s], at the start or at the end of the step made last."""
+        distance, reach = np.linalg.norm(self.goals(now) - self.position, axis=1), self._tolerance
+        if self._step is not None:
+            before, after = (np.linalg.norm(v, axis=1) for v in (self._step.velocity, self.velocity))
+            reach = reach + self._passes * self._step.duration * np.maximum(before, after)
+        near = distance <= ARRIVAL_FILTER * reach
+        near[self._moving] = True
+        for k in np.flatnonzero(self.present & near).tolist():
+            if not np.isfinite(self.arrived[k]) and self._reached(k, now):
                 self.arrived[k] = now
-                self.present[k] = goal.stop
+                self.present[k] = self.robots[k].goal.stop
         if not self.arrivals_are_final:
             self.arrived[self.present & (distance > ARRIVAL_LOST * self._tolerance)] = np.inf
+
+    def _reached(self, k: int, now: float) -> bool:
+        """Whether robot k has reached its goal at `now` [s] or, a goal to pass, during the step before."""
+        goal, d, step = self.robots[k].goal, self.dimension, self._step
+        if goal.reached(self.position[k, :d], self.velocity[k, :d], now):
+            return True
+        if step is None or goal.stop:
+            return False
+        p, v, a = step.position[k, :d], step.velocity[k, :d], step.acceleration[k, :d]
+        return bool(goal.reached_during(p, v, a, now - step.duration, step.duration))
 
     @property
     def all_arrived(self) -> bool:
@@ -71,6 +98,7 @@ class RobotStates:
 
     def integrate(self, acceleration: Array, duration: float) -> None:
         """Advance all robots by `duration` [s] at the accelerations (n, 3) [m/s^2]."""
+        self._step = _Step(self.position.copy(), self.velocity.copy(), acceleration.copy(), duration)
         self.position[:], self.velocity[:] = integrate(self.position, self.velocity, acceleration, duration)
         self.acceleration[:] = acceleration
 
