@@ -156,15 +156,20 @@ class Goal:
         away = self.position(now + period) - position - 0.5 * period * (velocity + then)
         left = max(float(np.linalg.norm(away)), 1e-300)
         speed = min(kernels.stopping_speed(left, float(period), BRAKING_SHARE * limits.braking), limits.max_speed)
-        if self._rests(self.position(now) - position, relative, period, BRAKING_SHARE * limits.braking):
+        displacement = self.position(now) - position
+        within = float(np.linalg.norm(displacement)) <= self.tolerance
+        if within and self._rests(displacement, relative, period, limits.braking):
             speed = 0.0
         desired = then + away * (speed / left)
         return np.asarray(desired / max(float(np.linalg.norm(desired)) / limits.max_speed, 1.0))
 
-    def _rests(self, away: Array, velocity: Array, step: float = 0.0, braking: float = 0.0) -> bool:
-        """Whether a robot at displacement `away` (d,) [m] from the goal comes to rest there within a step [s]."""
-        farthest = max(np.linalg.norm(away), np.linalg.norm(away - 0.5 * step * velocity))
-        return bool(farthest <= self.tolerance and np.linalg.norm(velocity) <= AT_REST + step * braking)
+    def _rests(self, away: Array, velocity: Array, step: float = 0.0, most: float = 0.0) -> bool:
+        """Whether a robot that brakes evenly, by at most `most` [m/s^2], rests at the goal after a step [s].
+
+        away: (d,) [m] displacement of the goal. velocity: (d,) [m/s] relative to it.
+        """
+        left = np.linalg.norm(away - 0.5 * step * velocity)
+        return bool(left <= self.tolerance and np.linalg.norm(velocity) <= AT_REST + step * most)
 
     def time_to_go(
         self, position: Array, velocity: Array, now: float, limits: Limits, shortest: float = 0.0
@@ -176,22 +181,19 @@ class Goal:
         line, with the deceleration of `desired_velocity`; 0 for a robot at rest within the tolerance.
 
         Args:
-            shortest: [s] the least time for which the robot holds an acceleration. To reach the maximum speed takes at
-                least once this time; to stop takes it twice, or once within the tolerance.
+            shortest: [s] the least time for which the robot holds an acceleration. To stop takes at least twice this
+                time, or once where it brakes to rest within the tolerance.
         """
         most, top, braking = limits.max_acceleration, limits.max_speed, BRAKING_SHARE * limits.braking
-        duration, slower = 0.0, max(top - float(np.linalg.norm(velocity)), 0.0)
+        duration = 0.0
         if self.stop:
             away, relative = self.position(now) - position, velocity - self.velocity(now)
-            if self._rests(away, relative, shortest, braking):
+            if self._rests(away, relative, shortest, limits.braking):
                 return 0.0 if self._rests(away, relative) else shortest
-            duration = max(float(kernels.time_to_rest(away, relative, most, braking, top)), 2.0 * shortest)
-        else:
-            for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
-                displacement = self.position(now + duration) - position
-                duration = kernels.earliest_arrival(displacement, velocity, most, top, 0.5 * self.tolerance)
-        if slower < shortest * most and duration > 2.0 * shortest:
-            duration += slower * (shortest - slower / most) / (2.0 * top)
+            return max(float(kernels.time_to_rest(away, relative, most, braking, top)), 2.0 * shortest)
+        for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
+            displacement = self.position(now + duration) - position
+            duration = kernels.earliest_arrival(displacement, velocity, most, top, 0.5 * self.tolerance)
         return float(duration)
 
 

@@ -354,7 +354,7 @@ ARRIVAL_SAMPLES: Final = 8
 Larger: an arrival on the way is noticed earlier. Smaller: a robot may pass its goal unnoticed in the cost.
 """
 
-BRAKING_SHARE: Final = 0.7
+BRAKING_SHARE: Final = 0.75
 """[1] A robot that stops at its goal approaches no faster than this share of its largest acceleration brakes.
 
 Larger: later arrivals are avoided, but small disturbances make it overshoot. Smaller: it approaches more slowly.

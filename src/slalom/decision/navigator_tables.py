@@ -8,7 +8,7 @@ import numpy as np
 from slalom.checks import Array, vector
 from slalom.decision.grown_bodies import Skeletons
 from slalom.decision.request import Request
-from slalom.decision.response_tables import response_table
+from slalom.decision.response_tables import response_table, stopping_deceleration
 from slalom.decision.robot_tables import (
     RobotRow,
     bounds_of,
@@ -98,6 +98,7 @@ class PolicyTables:
         own["rounding"] = self._skeletons.rounding[0]
         own["radius"], own["braking"] = robot.robot.bounding_radius, limits.braking
         own["max_acceleration"] = limits.max_acceleration
+        own["stopping"] = stopping_deceleration(self.responses, limits, robot.horizon, robot.period)
         return OwnTable(robots, robot_row(robots.each, 0, self.dimension))
 
     def __getstate__(self) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """The responses of robots as tables, from which the compiled policy decides."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -8,10 +9,11 @@ from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.kernels.decision.tables import ResponsePiece, ResponseTable, TabulatedResponse
 from slalom.kernels.records import zero_records
+from slalom.limits import Limits
 from slalom.path import hermite, rest_from, straight_from
 from slalom.response import Response
 from slalom.state import State
-from slalom.tolerances import BALL_WINDOWS, LINEAR_RESPONSE, RESPONSE_WINDOWS, TABLE_SPEED
+from slalom.tolerances import BALL_WINDOWS, BRAKING_SHARE, LINEAR_RESPONSE, RESPONSE_WINDOWS, TABLE_SPEED
 
 
 @lru_cache(maxsize=64)
@@ -70,6 +72,19 @@ def settled(response: Response, horizon: float, period: float) -> float:
     The second for responses whose control, held again, continues the same motion.
     """
     return min(period, horizon) if response.restartable else response.settled(horizon)
+
+
+def stopping_deceleration(responses: Sequence[Response], limits: Limits, horizon: float, period: float) -> float:
+    """The deceleration [m/s^2] with which a robot plans to stop: the share BRAKING_SHARE of what it can reach.
+
+    A control that approaches a velocity with a lag reaches less, on average until it is settled, than at its start.
+    """
+    state, least = State(np.zeros(2), np.ones(2)), 1.0
+    for response in responses:
+        time = settled(response, horizon, period)
+        for peak in response.acceleration_peaks(state, horizon)[:1] if time > 0.0 else ():
+            least = min(least, float(response.velocity(state, time).gain) / (time * float(peak.gain)))
+    return BRAKING_SHARE * limits.braking * least
 
 
 def _units(dimension: int) -> tuple[State, State]:

@@ -15,7 +15,7 @@ from slalom.decision.grown_bodies import Skeletons
 from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
 from slalom.decision.navigator_checks import checked_detours, checked_holds, within_horizon
 from slalom.decision.navigator_tables import ARRIVE
-from slalom.decision.response_tables import response_table
+from slalom.decision.response_tables import response_table, stopping_deceleration
 from slalom.decision.robot_tables import (
     bounds_of,
     commit_to,
@@ -153,6 +153,11 @@ class CommittedFleet:
         each["max_speed"] = [limits.max_speed for limits in robots.limits]
         each["max_acceleration"] = [limits.max_acceleration for limits in robots.limits]
         each["braking"] = [limits.braking for limits in robots.limits]
+        decelerations = [
+            stopping_deceleration(responses, limits, self.horizon, self.period)
+            for (_, limits), responses in zip(distinct, kinds)
+        ]
+        each["stopping"] = [decelerations[k] for k in kind]
         each["priority"], each["world"] = robots.priorities, robots.worlds
         most, time = max(each.max_acceleration for each in robots.limits), self.period + delay
         each["margin"] = robots.margins

@@ -90,10 +90,31 @@ def arrival_within(i: int, until: float, paths: Paths, row: int, tables: Decisio
 
 
 @kernel
-def difference_cost(i: int, until: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch) -> float:
+def keep_velocity(i: int, until: float, to: float, tables: DecisionTables, scratch: Scratch) -> float:
+    """Time [s] between `until` and `to` [s] at which robot i passes its target at constant velocity; -1 if not.
+
+    `scratch` holds its position and velocity (d,), the position is then that at `to`.
+    """
+    robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
+    robot, before, after = robots.each[i], scratch.desired_velocity, scratch.displacement
+    target_state(i, settings.now + until, robots, tables.targets, scratch.target, scratch.target_velocity)
+    for axis in range(settings.dimension):
+        before[axis] = position[axis] - scratch.target[axis]
+        position[axis] += (to - until) * velocity[axis]
+    target_state(i, settings.now + to, robots, tables.targets, scratch.target, scratch.target_velocity)
+    for axis in range(settings.dimension):
+        after[axis] = position[axis] - scratch.target[axis]
+    share = -1.0 if robot.stop else first_within(before, after, robot.tolerance)
+    return float(until + share * (to - until)) if share >= 0.0 else -1.0
+
+
+@kernel
+def difference_cost(
+    i: int, until: float, to: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch
+) -> float:
     """Time [s] until robot i on row `row` of `paths` has the velocity that it follows, judged after `until` [s].
 
-    Or, to follow an acceleration: the difference from it now, as a share [1] of the largest acceleration.
+    It keeps its velocity from then `to` [s]. Or, to follow an acceleration: the difference from it now, as a share [1] of the largest acceleration.
     """
     robot, settings, found, square = tables.robots.each[i], tables.settings, scratch.velocity, 0.0
     if robot.objective == FOLLOW_VELOCITY:
@@ -103,29 +124,35 @@ def difference_cost(i: int, until: float, paths: Paths, row: int, tables: Decisi
     for axis in range(settings.dimension):
         square += squared(found[axis] - robot.wanted[axis])
     difference = np.sqrt(square) / robot.max_acceleration
-    return float(until + difference if robot.objective == FOLLOW_VELOCITY else difference)
+    return float(max(until, to) + difference if robot.objective == FOLLOW_VELOCITY else difference)
 
 
 @inlined
 def manoeuvre_cost(
-    i: int, until: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
+    i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
 ) -> float:
     """Time [s] that robot i needs to its target: on row `row` of `paths` until `until` [s], then without obstacles.
 
-    For a robot that follows a velocity or an acceleration: the cost of the difference from it. Detours around the
-    robots `near` (m,) and the passive obstacles, where they will be at the horizon, are added.
+    If `to` [s] is later, it keeps its velocity from `until` to then. For a robot that follows a velocity or an
+    acceleration: the cost of the difference from it. Detours around the robots `near` (m,) and the passive obstacles,
+    where they will be at the horizon, are added.
     """
-    robots, bodies, settings = tables.robots, tables.bodies, tables.settings
-    robot = robots.each[i]
+    robots, bodies, settings, responses = tables.robots, tables.bodies, tables.settings, tables.responses
+    robot, position, velocity = robots.each[i], scratch.position, scratch.velocity
     if robot.objective != ARRIVE:
-        return difference_cost(i, until, paths, row, tables, scratch)
+        return difference_cost(i, until, to, paths, row, tables, scratch)
     arrival = float(arrival_within(i, until, paths, row, tables, scratch))
     if arrival >= 0.0:
         return arrival
-    position, goal, then = scratch.position, scratch.target, settings.now + until
-    cost = until + time_to_target(
-        i, then, position, scratch.velocity, robots, tables.responses, tables.targets, scratch
-    )
+    goal, then = scratch.target, settings.now + until
+    left = time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch)
+    if to > until and left > 0.0:
+        arrival = keep_velocity(i, until, to, tables, scratch)
+        if arrival >= 0.0:
+            return arrival
+        until, then = to, settings.now + to
+        left = time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch)
+    cost = until + left
     if settings.dimension == 2 and len(settings.detours) > 0:
         target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
@@ -163,7 +190,7 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
     response_path(robot, r, inside, responses, settings, until, scratch.paths, 0)
     if robot.objective != ARRIVE:
-        return float(difference_cost(i, until, scratch.paths, 0, tables, scratch))
+        return float(difference_cost(i, until, until, scratch.paths, 0, tables, scratch))
     arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))
     if arrival >= 0.0:
         return arrival

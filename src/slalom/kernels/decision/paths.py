@@ -146,17 +146,42 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
         publish(i, robots, settings)
 
 
+@kernel
+def extend(paths: Paths, i: int, until: float, to: float) -> None:
+    """Let row i of `paths` last up to `to` [s] if it ends before `until` [s] with a constant velocity."""
+    times, points, last = paths.times[i], paths.points[i], -1
+    for p in range(len(points)):
+        if times[p + 1] > times[p]:
+            last = p
+    if last < 0 or times[last + 1] >= until:
+        return
+    bend = 0.0
+    for axis in range(points.shape[2]):
+        p0, p1, p2, p3 = points[last, 0, axis], points[last, 1, axis], points[last, 2, axis], points[last, 3, axis]
+        bend = max(bend, max(abs(p0 - 2.0 * p1 + p2), abs(p1 - 2.0 * p2 + p3)))
+    if bend > FOLLOWING_ERROR:
+        return
+    longer = (to - times[last]) / (times[last + 1] - times[last])
+    for axis in range(points.shape[2]):
+        way = longer * (points[last, 3, axis] - points[last, 0, axis])
+        for c in range(1, 4):
+            points[last, c, axis] = points[last, 0, axis] + way * c / 3.0
+    for p in range(last + 1, len(times)):
+        times[p] = to
+
+
 @inlined
 def continue_from_state(
     i: int, robots: RobotTable, settings: DecisionSettings, position: Array, velocity: Array
 ) -> None:
     """Move the committed path of robot i to the state that the robot really has.
 
-    The robot repeats the accelerations of the manoeuvre, so an error of position stays and an error of velocity drifts.
+    A motion that ends with a constant velocity goes on. The robot repeats the accelerations of the manoeuvre, so an error of position stays and an error of velocity drifts.
     Errors up to FOLLOWING_ERROR are rounding. `position` and `velocity` (d,) are buffers.
     """
     robot = robots.each[i]
     times, points = robots.committed.times[i], robots.committed.points[i]
+    extend(robots.committed, i, settings.now + settings.horizon, settings.now + 2.0 * settings.horizon)
     # Before its path is moved by an error of the measured velocity.
     robot.resting = robot.resting or (robot.stop and rest_of_path(robots.committed, i, settings.now) == 0.0)
     state_on_path(robots.committed, i, settings.now, position, velocity)

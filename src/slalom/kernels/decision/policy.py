@@ -11,17 +11,19 @@ from slalom.kernels.decision.cell_list import build_cell_list, robots_in_reach
 from slalom.kernels.decision.encounters import obstacle_pieces, reduce_margin
 from slalom.kernels.decision.latest_collision import free_without_margin, latest_collision
 from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
-from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch
+from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch, optimistic_cost
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
 from slalom.kernels.decision.neighbours import farthest_distance, reachable_balls, reachable_neighbours
 from slalom.kernels.decision.paths import (
+    acceleration_on_path,
     bounding_balls,
     commit,
     response_path,
     rest_of_path,
+    state_on_path,
     unchanged_control,
 )
-from slalom.kernels.decision.response_controls import first_least, optimistic_costs
+from slalom.kernels.decision.response_controls import first_least, optimistic_costs, preferred_control
 from slalom.kernels.decision.response_motion import choose, relative_motion, relative_table
 from slalom.kernels.decision.tables import (
     CellList,
@@ -33,6 +35,7 @@ from slalom.kernels.decision.tables import (
     Robot,
     Scratch,
 )
+from slalom.kernels.decision.targets import target_state
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
@@ -108,24 +111,61 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
 
 
 @kernel
-def keep_committed(i: int, least: float, near: Indices, tables: DecisionTables, search: ResponseSearch) -> int:
+def keep_committed(i: int, k: int, least: float, near: Indices, tables: DecisionTables, search: ResponseSearch) -> int:
     """SEARCH if robot i loses too much by keeping its manoeuvre, else as `committed_is_clear`.
 
-    It is judged when its control has been carried out, or at the next decision if that is later: what follows proves
-    that the robot can remain safe, and is no plan. `least`: the cost [s] of the best alternative. A robot that rests at
-    its target loses nothing while it is measured there, at up to its tolerance per second.
+    The manoeuvre is driven until its control has been carried out, at least to the next decision: what follows proves
+    that the robot can remain safe, and is no plan. The best alternative costs `least` [s], by its k-th response. The
+    robot keeps its manoeuvre if it loses at most the share `patience` of the time by one of two ways to go on. It may
+    keep its velocity until the alternative has been carried out. Or it may change to the alternative then. A robot that
+    rests at its target loses nothing while it is measured there, at up to its tolerance per second.
     """
-    robots, settings, scratch = tables.robots, tables.settings, search.scratch
+    robots, responses, settings, costs = tables.robots, tables.responses, tables.settings, search.kept_costs
     robot = robots.each[i]
+    to = max(settings.period, responses.each[responses.kinds[robot.kind] + k].settled)
     until = max(settings.period, robot.settled - settings.now)
-    if search.kept_cost[0] == np.inf:
+    if costs[k] == np.inf:
         if robot.resting and is_measured_at_rest(robot, settings.dimension):
-            search.kept_cost[0] = 0.0
+            costs[k] = 0.0
         else:
-            search.kept_cost[0] = manoeuvre_cost(i, until, robots.committed, i, near, tables, scratch)
-    if search.kept_cost[0] - least > settings.patience * until + COST_TIE:
-        return SEARCH
-    return committed_is_clear(i, False, near, tables, scratch)
+            costs[k] = manoeuvre_cost(i, until, to, robots.committed, i, near, tables, search.scratch)
+    if costs[k] - least > settings.patience * to + COST_TIE:
+        if search.delays[k] == np.inf:
+            search.delays[k] = loss_by_delay(i, k, until, tables, search)
+        if search.delays[k] > settings.patience * until + COST_TIE:
+            return SEARCH
+    return committed_is_clear(i, False, near, tables, search.scratch)
+
+
+@kernel
+def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: ResponseSearch) -> float:
+    """Time [s] that robot i loses, without obstacles, if it changes to its k-th response only after `until` [s]."""
+    robots, settings, scratch = tables.robots, tables.settings, search.scratch
+    robot, d = robots.each[i], settings.dimension
+    r, state, u = tables.responses.kinds[robot.kind] + k, np.empty((3, 3)), np.zeros(3)
+    preferred_control(i, r, 0.0, tables, scratch, u)
+    now = optimistic_cost(i, r, u, tables, scratch)
+    copy_into(state[0], robot.position)
+    copy_into(state[1], robot.velocity)
+    copy_into(state[2], robot.acceleration)
+    target_state(i, settings.now, robots, tables.targets, scratch.target, scratch.target_velocity)
+    for axis in range(d):
+        robot.position[axis] = scratch.target[axis]
+    target_state(i, settings.now + until, robots, tables.targets, scratch.target, scratch.target_velocity)
+    state_on_path(robots.committed, i, settings.now + until, scratch.position, scratch.velocity)
+    for axis in range(d):
+        # As if the target had not moved meanwhile.
+        robot.position[axis] += scratch.position[axis] - scratch.target[axis]
+        robot.velocity[axis] = scratch.velocity[axis]
+    acceleration_on_path(robots.committed, i, settings.now + until, scratch.velocity)
+    for axis in range(d):
+        robot.acceleration[axis] = scratch.velocity[axis]
+    preferred_control(i, r, 0.0, tables, scratch, u)
+    then = optimistic_cost(i, r, u, tables, scratch)
+    copy_into(robot.position[:], state[0])
+    copy_into(robot.velocity[:], state[1])
+    copy_into(robot.acceleration[:], state[2])
+    return float(until + then - now)
 
 
 @inlined
@@ -180,7 +220,7 @@ def best_response(
         done = over or costs[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, costs[at])
         if keep and least < np.inf:
-            result = keep_committed(i, least, near, tables, search)
+            result = keep_committed(i, k, least, near, tables, search)
             keep = result == SEARCH
             if result == KEPT:
                 return best_r, KEPT
@@ -204,7 +244,7 @@ def best_response(
             if closed[k]:
                 continue
             response_path(robot, r, u, responses, settings, until, scratch.paths, 0)
-        cost = manoeuvre_cost(i, until, scratch.paths, 0, near, tables, scratch)
+        cost = manoeuvre_cost(i, until, until, scratch.paths, 0, near, tables, scratch)
         exact = detour == 0 and u[0] == preferred[0] and u[1] == preferred[1] and u[2] == preferred[2]
         clear = clear or exact
         if cost < best - COST_TIE:
@@ -223,7 +263,8 @@ def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSear
     search = ResponseSearch(
         scratch,
         np.zeros(count, np.bool_),
-        np.full(1, np.inf),
+        np.full(count, np.inf),
+        np.full(count, np.inf),
         np.full(rows, np.inf),
         np.zeros((rows, 3)),
         np.zeros(3),
@@ -303,7 +344,8 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     robot = robots.each[i]
     robot.work, search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
     if robot.settled < np.inf and not is_too_fast(robot):
-        result = keep_committed(i, search.costs[first_least(search.costs)], near, tables, search)
+        k = first_least(search.costs)
+        result = keep_committed(i, k, search.costs[k], near, tables, search)
         if result in (KEPT, FALL_BACK):
             return result
     return change_manoeuvre(i, result == SEARCH, near, tables, search)

@@ -75,6 +75,7 @@ class Robot:
     max_speed: float  # [m/s]
     max_acceleration: float  # [m/s^2]
     braking: float  # [m/s^2] deceleration that the bounds allow at any velocity
+    stopping: float  # [m/s^2] with which it plans to stop at its target, see `response_tables.stopping_deceleration`
     target: Vector  # [m] now
     tolerance: float  # [m] of the target
     stop: bool  # whether to stop at the target
@@ -287,7 +288,8 @@ class ResponseSearch(NamedTuple):
 
     scratch: Scratch
     excluded: Flags  # (k,) responses that are not considered
-    kept_cost: Array  # (1,) [s] cost of keeping the manoeuvre; inf: not known
+    kept_costs: Array  # (k,) [s] cost of keeping the manoeuvre instead of changing to response k; inf: not known
+    delays: Array  # (k,) [s] loss by a change to response k after the manoeuvre that is kept; inf: not known
     costs: Array  # (k * (1 + detours),) [s] optimistic costs; inf: examined or not computed
     preferred: Array  # (k * (1 + detours), 3) controls
     control: Array  # (3,) of the best manoeuvre found

@@ -63,24 +63,17 @@ def intercept(i: int, t: float, position: Array, max_speed: float, targets: Targ
 
 
 @inlined
-def braking_of(robot: Robot) -> float:
-    """The deceleration [m/s^2] with which a robot plans to stop at its target."""
-    return float(BRAKING_SHARE * min(robot.max_acceleration, robot.braking))
-
-
-@inlined
 def rests_within(robot: Robot, away: Array, velocity: Array, step: float) -> bool:
-    """Whether a robot at its target can come to rest there within `step` [s]; with a step of 0: whether it rests.
+    """Whether a robot that brakes evenly rests at its target after `step` [s]; with a step of 0: whether it rests now.
 
     `away` (d,) [m]: the displacement of the target, `velocity` (d,) [m/s] relative to it.
     """
-    square, then, speed = 0.0, 0.0, 0.0
+    square, speed = 0.0, 0.0
     for axis in range(len(away)):
-        square += squared(away[axis])
-        then += squared(away[axis] - 0.5 * step * velocity[axis])
+        square += squared(away[axis] - 0.5 * step * velocity[axis])
         speed += squared(velocity[axis])
     return bool(
-        max(square, then) <= squared(robot.tolerance) and speed <= squared(AT_REST + step * braking_of(robot))
+        square <= squared(robot.tolerance) and speed <= squared(AT_REST + step * robot.stopping / BRAKING_SHARE)
     )
 
 
@@ -120,14 +113,18 @@ def desired_velocity(
     for axis in range(len(position)):
         away[axis] = scratch.target[axis] - position[axis]
         desired[axis] = velocity[axis] - scratch.target_velocity[axis]
-    resting, square = rests_within(robot, away, desired, step), 0.0
+    resting = rests_within(robot, away, desired, step)
+    square = 0.0
+    for axis in range(len(position)):
+        square += squared(away[axis])
+    resting, square = resting and square <= squared(robot.tolerance), 0.0
     target_state(i, t + step, robots, targets, scratch.target, scratch.target_velocity)
     for axis in range(len(position)):
         mean = 0.5 * (velocity[axis] + scratch.target_velocity[axis])
         away[axis] = scratch.target[axis] - position[axis] - step * mean
         square += away[axis] * away[axis]
     left = max(np.sqrt(square), 1e-300)
-    speed = 0.0 if resting else min(stopping_speed(left, step, braking_of(robot)), top)
+    speed = 0.0 if resting else min(stopping_speed(left, step, robot.stopping), top)
     square = 0.0
     for axis in range(len(position)):
         desired[axis] = scratch.target_velocity[axis] + away[axis] * speed / left
@@ -150,25 +147,21 @@ def time_to_target(
 ) -> float:
     """An estimate [s] of the time that robot i needs from this state (d,) at t [s] to its target, without obstacles.
 
-    The rule is that of `slalom.goal.Goal.time_to_go`. To reach the maximum speed takes at least the shortest response; to
-    stop takes two of them, or one for a robot at its target, which brakes where it is.
+    The rule is that of `slalom.goal.Goal.time_to_go`. To stop takes at least two of its shortest responses, or one
+    that ends at rest at the target.
     """
     robot = robots.each[i]
     most, top, tolerance = robot.max_acceleration, robot.max_speed, robot.tolerance
-    away, relative, duration, square = scratch.displacement, scratch.desired_velocity, 0.0, 0.0
-    for axis in range(len(position)):
-        square += squared(velocity[axis])
-    slower, shortest = max(top - np.sqrt(square), 0.0), responses.each[responses.kinds[robot.kind]].shortest
+    away, relative, duration = scratch.displacement, scratch.desired_velocity, 0.0
+    shortest = responses.each[responses.kinds[robot.kind]].shortest
     for _ in range(INTERCEPTION_STEPS if robot.moving and not robot.stop else 1):
         target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)
         for axis in range(len(position)):
             away[axis] = scratch.target[axis] - position[axis]
             relative[axis] = velocity[axis] - (scratch.target_velocity[axis] if robot.stop else 0.0)
-        duration = time_to_go(away, relative, most, braking_of(robot), top, tolerance, robot.stop)
+        duration = time_to_go(away, relative, most, robot.stopping, top, tolerance, robot.stop)
     if robot.stop:
         if rests_within(robot, away, relative, shortest):
             return 0.0 if rests_within(robot, away, relative, 0.0) else shortest
         duration = max(duration, 2.0 * shortest)
-    if slower < shortest * most and duration > 2.0 * shortest:
-        duration += slower * (shortest - slower / most) / (2.0 * top)
     return float(duration)

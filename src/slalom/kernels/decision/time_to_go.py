@@ -136,17 +136,16 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
 
 @kernel
 def stopping_speed(left: float, step: float, braking: float) -> float:
-    """The largest speed [m/s] after `step` [s] from which a robot brakes to rest exactly, in whole steps.
+    """The largest speed [m/s] after `step` [s] from which a robot comes to rest exactly, if steps take at least that.
 
     `left` [m]: the distance that is left if the robot moves for the step at half its present velocity; half of the new
-    velocity adds to it. From speed braking step (n + s), 0 <= s < 1, the robot brakes fully for n steps and in the
-    last one with the share s. With a step of 0 it is sqrt(2 braking left), `braking` [m/s^2].
+    velocity adds to it. A robot slower than braking step, in [m/s], comes to rest in one further step; a faster one
+    brakes by `braking` [m/s^2] first, and by at most 9/8 of that in the step before the last.
     """
-    if step == 0.0:
-        return float(np.sqrt(2.0 * braking * left))
-    c = 2.0 * left / (braking * step * step)
-    n = np.floor(0.5 * (np.sqrt(1.0 + 4.0 * c) - 1.0))
-    return float(braking * step * (n + (c - n * (n + 1.0)) / (2.0 * n + 2.0)))
+    if left <= braking * step * step:
+        return float(left / step) if step > 0.0 else 0.0
+    slow = braking * step
+    return float(0.5 * (np.sqrt(slow * slow + 8.0 * braking * left) - slow))
 
 
 @kernel
