@@ -10,7 +10,7 @@ from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.cell_list import build_cell_list, robots_in_reach
 from slalom.kernels.decision.encounters import obstacle_pieces, reduce_margin
 from slalom.kernels.decision.latest_collision import free_without_margin, latest_collision
-from slalom.kernels.decision.limits import is_too_fast, largest_error, obeys_turning_bounds
+from slalom.kernels.decision.limits import admissible_set, is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch, optimistic_cost
 from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
 from slalom.kernels.decision.neighbours import farthest_distance, reachable_balls, reachable_neighbours
@@ -40,6 +40,7 @@ from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
 from slalom.kernels.relative_motion.clearance import new_workspace
+from slalom.kernels.selection.admissible import nearest_admissible
 from slalom.kernels.selection.violation import deepest_violation
 from slalom.tolerances import (
     BALL_WINDOWS,
@@ -137,14 +138,24 @@ def keep_committed(i: int, k: int, least: float, near: Indices, tables: Decision
     return committed_is_clear(i, False, near, tables, search.scratch)
 
 
+@inlined
+def free_cost(i: int, r: int, tables: DecisionTables, scratch: Scratch) -> float:
+    """Cost [s] of the admissible control of response r nearest to the preferred one, without obstacles."""
+    preferred, u = np.zeros(3), np.zeros(3)
+    preferred_control(i, r, 0.0, tables, scratch, preferred)
+    limits = admissible_set(i, r, tables.robots, tables.responses, tables.bounds)
+    if not nearest_admissible(preferred, limits, u)[0]:
+        return np.inf
+    return float(optimistic_cost(i, r, u, tables, scratch))
+
+
 @kernel
 def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: ResponseSearch) -> float:
     """Time [s] that robot i loses, without obstacles, if it changes to its k-th response only after `until` [s]."""
     robots, settings, scratch = tables.robots, tables.settings, search.scratch
     robot, d = robots.each[i], settings.dimension
-    r, state, u = tables.responses.kinds[robot.kind] + k, np.empty((3, 3)), np.zeros(3)
-    preferred_control(i, r, 0.0, tables, scratch, u)
-    now = optimistic_cost(i, r, u, tables, scratch)
+    r, state = tables.responses.kinds[robot.kind] + k, np.empty((3, 3))
+    now = free_cost(i, r, tables, scratch)
     copy_into(state[0], robot.position)
     copy_into(state[1], robot.velocity)
     copy_into(state[2], robot.acceleration)
@@ -160,12 +171,11 @@ def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: 
     acceleration_on_path(robots.committed, i, settings.now + until, scratch.velocity)
     for axis in range(d):
         robot.acceleration[axis] = scratch.velocity[axis]
-    preferred_control(i, r, 0.0, tables, scratch, u)
-    then = optimistic_cost(i, r, u, tables, scratch)
+    then = free_cost(i, r, tables, scratch)
     copy_into(robot.position[:], state[0])
     copy_into(robot.velocity[:], state[1])
     copy_into(robot.acceleration[:], state[2])
-    return float(until + then - now)
+    return float(until + then - now) if now < np.inf else 0.0
 
 
 @inlined
