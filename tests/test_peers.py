@@ -20,6 +20,7 @@ from slalom import (
     InvalidInput,
     Limits,
     Obstacle,
+    PathGoal,
     Polygon,
     Polyline,
     Rectangle,
@@ -252,6 +253,54 @@ def test_the_ring_of_fifty():
     assert run["collisions"] == 0
     assert run["time"] < 90.0
     assert bare["collisions"] > 10
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Paths.
+
+AROUND = PathGoal([(0, 0), (0, 4), (8, 4), (8, 0)], [1.5, 1.5, 0.8, 0.8], 0.3)
+BARRIER = Obstacle(Polyline([(4, -3), (4, 3)], 0.05), Stationary((0, 0)), "wall")
+
+
+def on_path(goal: PathGoal = AROUND, *obstacles: Obstacle) -> Scenario:
+    """A robot with a path, at its start."""
+    start = replace(robot(*goal.points[0], (0.0, 0.0)), goal=goal)
+    return Scenario("path", (start,), obstacles, duration=40.0)
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_a_path_is_followed_at_its_speeds(name):
+    """Three sides of a rectangle, whose end lies 8 m beside the start; corners are cut by less than 1 m."""
+    run = simulate(on_path(), peer(name))
+    assert np.isfinite(run.arrived[0])
+    off = [np.linalg.norm(AROUND.point(AROUND.nearest(p, 0.0, AROUND.length)) - p) for p in run.positions[:, 0]]
+    assert max(off) < 1.0
+    assert run.positions[:, 0, 1].max() > 3.0
+    # The last side permits 0.8 m/s, and half of the braking suffices to slow down before it.
+    speeds, (x, y) = np.linalg.norm(run.velocities[:, 0], axis=1), run.positions[:, 0].T
+    assert speeds[(x > 7.0) & (y < 3.5)].max() <= 0.81
+    assert speeds.max() > 1.2
+
+
+@pytest.mark.parametrize("name", [name for name in PEERS if PEERS[name].walls])
+def test_a_path_leads_around_a_wall(name):
+    """The straight way to its end is closed."""
+    run = simulate(on_path(AROUND, BARRIER), peer(name))
+    assert np.isfinite(run.arrived[0])
+    assert metrics.min_clearance(run) > 0.0
+
+
+def test_the_target_on_a_path_is_that_of_its_step():
+    """At the start 1 s ahead, beside a disc at rest that covers the path there; then as the robot moves on."""
+    willing, begun = fake()
+    parked = Obstacle(Disc(0.4), Stationary((0.0, 1.5)), "parked")
+    for obstacles in ((), (parked,)):
+        simulate(replace(on_path(AROUND, *obstacles), duration=0.1), willing)
+    free, beside = (crowd.told[2][0] for crowd in begun)
+    # To pass the target 1.5 m ahead from rest: sqrt(2 m/s^2 1.5 m / 2).
+    assert free == pytest.approx([0.0, 1.5**0.5])
+    assert np.linalg.norm(beside) <= 1.5 + 1e-12
+    assert beside[0] > 0.3
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -40,6 +40,7 @@ class Behaviours:
         if unknown:
             raise InvalidInput(f"setting of {kind}: expected one of {', '.join(sorted(known))}; found {unknown[0]!r}")
         self._team, self._time_horizon, self._behaviours = team, time_horizon, []
+        self._speeds = team.max_speeds.copy()
         for radius, speed in zip(team.radii, team.max_speeds):
             behaviour = library.Behavior.make_type(kind)
             behaviour.kinematics = library.kinematics.OmnidirectionalKinematics(float(speed))
@@ -68,6 +69,9 @@ class Behaviours:
         ):
             indices = np.flatnonzero(np.linalg.norm(all_positions - all_positions[k], axis=1) <= distance)
             behaviour.position, behaviour.velocity = positions[k], velocities[k]
+            if self._team.max_speeds[k] != self._speeds[k]:
+                speed = self._speeds[k] = self._team.max_speeds[k]
+                behaviour.kinematics.max_speed = behaviour.optimal_speed = float(speed)
             # The command is not the motion of the robot: set the latter, from which the behaviour continues.
             behaviour.actuated_twist = library.Twist2(velocities[k], 0.0, library.Frame.absolute)
             preferred_velocity = preferred[k]

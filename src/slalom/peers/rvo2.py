@@ -31,10 +31,11 @@ class Rvo2:
         ):
             simulator.set_agent_position(k, tuple(position))
             simulator.set_agent_velocity(k, tuple(velocity))
-        for k, (preferred_velocity, distance) in enumerate(
-            zip(preferred, interaction_distances(self._horizon, self._team, others))
+        for k, (preferred_velocity, speed, distance) in enumerate(
+            zip(preferred, self._team.max_speeds, interaction_distances(self._horizon, self._team, others))
         ):
             simulator.set_agent_pref_velocity(k, tuple(preferred_velocity))
+            simulator.set_agent_max_speed(k, float(speed))
             simulator.set_agent_neighbor_dist(k, float(distance))
         simulator.do_step()
         return np.array([simulator.get_agent_velocity(k).to_tuple() for k in range(n)])
