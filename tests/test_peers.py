@@ -246,7 +246,7 @@ def test_walls_that_are_not_seen_are_refused(name):
 def test_the_ring_of_fifty():
     """What others measured of RVO2 with a clamp at 2 m/s^2 and 30 % larger robots: no collision; without them, many."""
     run, bare = (
-        metrics.summary(simulate(build("ring", {"robots": 50}, seed=1), peer(name)))
+        metrics.summary(simulate(build("ring", {"robots": 50, "margin": 0.0}, seed=1), peer(name)))
         for name in ("orca_inflated", "orca")
     )
     assert run["arrived"] == bare["arrived"] == 50
@@ -308,11 +308,11 @@ def test_the_target_on_a_path_is_that_of_its_step():
 
 
 def test_what_a_peer_is_told():
-    """Inflated radii, present obstacles as they are now, preferred velocities of goals; no settings of navigators."""
+    """Inflated radii, present obstacles as they are now, preferred velocities of goals; the margin is 0."""
     larger, begun = fake(inflation=0.3)
     passing = Obstacle(Disc(1.0), ConstantVelocity((4.0, 9.0), (0.0, -1.0)), "car", uncertainty=BoundedError(0.2, 1.0))
     scenario = Scenario("told", (robot(0.0, 0.0, (10.0, 0.0)),), (passing, WALLS["a line"]), duration=0.2, replan=0.2)
-    simulate(scenario, larger)
+    simulate(replace(scenario, margin=0.0), larger)
     ((crowd),) = begun
     assert crowd.team.radii == pytest.approx([0.65])
     assert crowd.team.max_speeds == pytest.approx([1.5])
@@ -322,6 +322,39 @@ def test_what_a_peer_is_told():
     assert positions.tolist() == velocities.tolist() == [[0.0, 0.0]]
     assert preferred.tolist() == [[1.5, 0.0]]
     assert [x.tolist() for x in others] == [[[4.0, 9.0]], [[0.0, -1.0]], [1.2]]
+
+
+def test_half_of_a_margin_is_that_of_each_robot_and_obstacle():
+    """Besides the inflation; obstacles have half of the largest margin, so that no robot comes nearer than its own."""
+    larger, begun = fake(inflation=0.3)
+    rock = Obstacle(Disc(1.0), Stationary((4.0, 9.0)), "rock")
+    robots = robot(0.0, 0.0, (10.0, 0.0), "one"), replace(robot(0.0, 5.0, (10.0, 5.0), "two"), margin=0.4)
+    simulate(Scenario("told", robots, (rock, WALLS["a line"]), duration=0.1, margin=0.2), larger)
+    ((crowd),) = begun
+    assert crowd.team.radii == pytest.approx([0.65 + 0.1, 0.65 + 0.2])
+    assert crowd.told[3].radii == pytest.approx([1.0 + 0.2])
+    (wall,) = crowd.team.walls
+    assert shapely.Polygon(wall).equals(shapely.box(4.8, -1.2, 5.2, 4.2))
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.05, 0.3])
+@pytest.mark.parametrize("name", AVOIDING)
+def test_the_margin_is_kept_between_two_robots(name, margin):
+    """By every method that considers radii, as by slalom's; the collisions are those of the true radii."""
+    settings = {"robots": 2, "radius": 6, "robot_radius": 0.5, "margin": margin}
+    clearance = least_clearance(simulate(build("circle", settings), peer(name)))
+    # The dynamic window is tested at samples.
+    assert clearance >= margin - (0.02 if name == "dwa" else 5e-3)
+    # Half of the inflation, or what samples of the prediction and the part of the other robot add.
+    assert clearance <= margin + (0.35 if name in (*PLANNERS, "orca_inflated") else 0.1)
+
+
+@pytest.mark.parametrize("name", [name for name in SEEING_WALLS if name != "dwa"])
+def test_the_margin_is_kept_from_walls(name):
+    scenario = Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS["a line"],), duration=15.0, margin=0.3)
+    # The human-like behaviour considers 101 headings.
+    least = 0.25 if name.startswith("hl") else 0.3 - 5e-3
+    assert metrics.min_clearance(simulate(scenario, peer(name))) >= least
 
 
 @pytest.mark.parametrize("limited", [False, True])

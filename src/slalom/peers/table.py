@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final, cast
 
+import numpy as np
+import numpy.typing as npt
+
 from slalom.checks import known, shown, text
 from slalom.errors import InvalidInput
 from slalom.methods import METHODS, Method
@@ -29,7 +32,7 @@ class Peer:
         package: the package that it needs, of the extra `peers`; slalom: none.
         limited: the simulator applies the robot's acceleration limit; otherwise velocities change at once, as the
             method assumes.
-        inflation: fraction by which the method plans with larger radii.
+        inflation: fraction by which the method plans with larger radii, besides the margin.
         walls: whether the method accepts obstacles other than discs.
     """
 
@@ -52,13 +55,14 @@ class Peer:
         """Level of foresight of other robots."""
         return "observed"
 
-    def begin(self, team: Team) -> Crowd:
-        """Crowd of the robots of a team.
+    def begin(self, team: Team, margins: npt.ArrayLike = 0.0) -> Crowd:
+        """Crowd of the robots of a team with their true radii; half of the margins (N,) [m] is added to these.
 
         Raises:
             InvalidInput: the package is not installed.
         """
-        return self.crowd(team._replace(radii=(1.0 + self.inflation) * team.radii))
+        radii = (1.0 + self.inflation) * team.radii + 0.5 * np.asarray(margins, dtype=np.float64)
+        return self.crowd(team._replace(radii=radii))
 
 
 ORCA, HRVO, HL, FORCE, WINDOW, PATH_INTEGRAL, BARRIER = (
@@ -74,11 +78,6 @@ MAX_NEIGHBOURS: Final = 30
 """[1] Neighbours that ORCA and HRVO consider."""
 TIME_HORIZON: Final = 10.0
 """[s] Time horizon of ORCA, and of the neighbours of the others."""
-MARGIN: Final = 0.1
-"""[m] Margin of HRVO and the human-like behaviour. With their default 0, robots touch each other.
-
-Also that of the planners, whose predictions are tested at samples.
-"""
 PLANNED: Final = 4.0
 """[s] Horizon of the planners, which slalom implements."""
 
@@ -112,18 +111,17 @@ _ROWS: Final = (
             Behaviours,
             kind="HRVO",
             time_horizon=TIME_HORIZON,
-            margin=MARGIN,
             settings={"max_neighbors": MAX_NEIGHBOURS},
         ),
-        "Hybrid reciprocal velocity obstacle (navground), margin 0.1 m; walls are ignored",
+        "Hybrid reciprocal velocity obstacle (navground); walls are ignored",
         HRVO,
         "navground",
         walls=False,
     ),
     Peer(
         "hl",
-        partial(Behaviours, kind="HL", time_horizon=TIME_HORIZON, margin=MARGIN),
-        "Human-like (navground), margin 0.1 m: the heading that leads nearest to the goal",
+        partial(Behaviours, kind="HL", time_horizon=TIME_HORIZON),
+        "Human-like (navground): the heading that leads nearest to the goal",
         HL,
         "navground",
     ),
@@ -139,24 +137,24 @@ _ROWS: Final = (
 _PLANNERS: Final = (
     Peer(
         "dwa",
-        partial(DynamicWindow, margin=MARGIN, horizon=PLANNED),
-        "Dynamic window approach, margin 0.1 m: the best velocity that one period reaches.",
+        partial(DynamicWindow, horizon=PLANNED),
+        "Dynamic window approach: the best velocity that one period reaches.",
         WINDOW,
         "slalom",
         limited=True,
     ),
     Peer(
         "mppi",
-        partial(PathIntegral, margin=MARGIN, horizon=PLANNED),
-        "Model predictive path integral control, margin 0.1 m: 256 sequences of accelerations.",
+        partial(PathIntegral, horizon=PLANNED),
+        "Model predictive path integral control: 256 sequences of accelerations.",
         PATH_INTEGRAL,
         "slalom",
         limited=True,
     ),
     Peer(
         "cbf",
-        partial(BarrierFilter, margin=MARGIN, horizon=TIME_HORIZON),
-        "Control barrier functions (quadratic program in daqp), margin 0.1 m: filter of the preferred acceleration.",
+        partial(BarrierFilter, horizon=TIME_HORIZON),
+        "Control barrier functions (quadratic program in daqp): filter of the preferred acceleration.",
         BARRIER,
         "daqp",
         limited=True,

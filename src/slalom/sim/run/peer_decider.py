@@ -30,8 +30,11 @@ class PeerDecider:
     A robot prefers its goal's `desired_velocity`. On a path the goal is the target of `PathGoal.step`, with its speed
     limit, as in slalom's fleets. It reaches the velocity that the peer chose by a constant acceleration over the step.
     A `limited` peer uses at most the maximum acceleration of the robot, so it may need more than one step. Of obstacles
-    the peer observes position and velocity. The settings of navigators (horizon, margin, patience, holds) do not
-    concern it.
+    the peer observes position and velocity. The horizon, patience and holds of navigators do not concern it.
+
+    The margin reaches every peer as a larger radius for its planning: half of its own margin for each robot, and half
+    of the largest margin for each obstacle. Two robots thus keep the mean of their margins, and a robot keeps its
+    margin from obstacles, or more where others have a larger one. Collisions and metrics have the true radii.
 
     Controls are the chosen velocities [m/s]; the decision time of a robot is its share of the time for all. Without
     an answer of the peer a robot keeps its velocity, and the outcome is UNANSWERED.
@@ -46,7 +49,9 @@ class PeerDecider:
         _refuse(scenario, peer)
         self.scenario, self.peer = scenario, peer
         self.states = states = RobotStates(scenario, arrivals_are_final=True)
-        self._walls = outlines(scenario.obstacles, walls=peer.walls)
+        self._margins = np.array([scenario.margin_of(k) for k in range(len(scenario.robots))])
+        self._growth = 0.5 * float(self._margins.max())
+        self._walls = outlines(scenario.obstacles, walls=peer.walls, growth=self._growth)
         self._period = scenario.dt * scenario.steps_per_decision
         self._paths = {k: robot.goal for k, robot in enumerate(scenario.robots) if isinstance(robot.goal, PathGoal)}
         self._progress: list[float | None] = [None] * len(scenario.robots)
@@ -63,7 +68,7 @@ class PeerDecider:
         speeds = np.array([robot.limits.max_speed for robot in robots])
         accelerations = np.array([robot.limits.max_acceleration for robot in robots])
         self._speeds = speeds
-        return self.peer.begin(Team(radii, speeds, accelerations, self._period, self._walls))
+        return self.peer.begin(Team(radii, speeds, accelerations, self._period, self._walls), self._margins[members])
 
     def sense(self, now: float) -> None:
         pass
@@ -102,7 +107,7 @@ class PeerDecider:
         )
         self._speeds[:] = [own.max_speed for own in limits]
         positions, velocities = np.array([s.position for s in each]), np.array([s.velocity for s in each])
-        chosen = self._crowd.choose(positions, velocities, preferred, discs(self.scenario.obstacles, now))
+        chosen = self._crowd.choose(positions, velocities, preferred, discs(self.scenario.obstacles, now, self._growth))
         for k, velocity, own, state in zip(here, chosen, limits, each, strict=True):
             self._answered[k] = np.isfinite(velocity).all()
             # RVO2 computes in single precision and exceeds the maximum speed by up to a percent.
