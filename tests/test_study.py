@@ -53,6 +53,7 @@ def test_the_table_is_that_of_the_single_runs() -> None:
         assert row["runs_with_collision"] == sum(metrics.collisions(run) > 0 for run in runs)
         assert row["runs_all_arrived"] == len(done)
         assert row["adjustments"] == np.mean([metrics.adjustments(run) for run in runs])
+        assert row["jerk"] == np.mean([metrics.mean_jerk(run) for run in runs])
         assert row["time"] == (np.mean([metrics.time(run) for run in done]) if done else None)
         assert row["runs_successful"] == sum(metrics.success(run) for run in runs)
         assert row["efficacy"] == pytest.approx(np.mean([metrics.efficacy(run) for run in runs]), abs=5e-4)
@@ -207,7 +208,7 @@ def test_a_method_that_cannot_run_a_scenario_is_a_row_that_says_so() -> None:
     assert (failure["seeds"], failure["killed"]) == ([0, 1], False)
     counts = ("runs", "distinct_runs", "runs_with_collision", "runs_all_arrived", "runs_successful")
     assert {row[name] for name in counts} == {0}
-    assert {value for name, value in row.items() if name not in (*counts, "outcomes")} == {None}
+    assert {value for name, value in row.items() if name not in (*counts, "outcomes", "guided")} == {None}
     assert space["methods"]["avo"]["runs"] == plane["methods"]["orca"]["runs"] == 2
     assert plane["methods"]["orca"]["failures"] == []
     assert json.loads(json.dumps(space, allow_nan=False)) == space
