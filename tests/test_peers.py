@@ -256,6 +256,76 @@ def test_the_ring_of_fifty():
 
 
 # ---------------------------------------------------------------------------------------------------------------------
+# Parameters.
+
+CHANGED = {
+    "orca_limited": {"horizon": 2.0, "neighbours": 3},
+    "hrvo": {"time_horizon": 2.0, "max_neighbors": 2},
+    "hl_limited": {"time_horizon": 2.0, "tau": 0.5},
+    "social_force": {"v_a": 4.0},
+    "navground_orca": {"time_horizon": 1.5},
+    "dwa": {"horizon": 2.0, "heading": 1.0},
+    "mppi": {"samples": 32, "temperature": 0.1},
+    "cbf": {"gain": 0.2},
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_parameters_belong_to_the_name(name):
+    """They change the run; with the values of the table nothing changes but the name."""
+    plain, given = peer(name), ":".join(f"{key}={value:g}" for key, value in CHANGED[name].items())
+    other = contender(f"{name}:{given}")
+    assert contender(f"{name}:{given}") is other
+    assert other.name == f"{name}:{given}"
+    assert other.parameters == plain.parameters | CHANGED[name]
+    same = contender(":".join([name, *(f"{key}={plain.parameters[key]:.12g}" for key in CHANGED[name])]))
+    runs = [simulate(crowd_of(), one) for one in (plain, same, other)]
+    assert np.array_equal(runs[0].positions, runs[1].positions)
+    assert not np.array_equal(runs[0].positions, runs[2].positions)
+    assert runs[2].method == other.name
+
+
+def test_a_time_horizon_of_navground_is_that_of_its_orca_too():
+    """It is both that of the neighbours that count and a property of the behaviour."""
+    crowd = peer("navground_orca").with_parameters({"time_horizon": 3.0}).crowd
+    assert (crowd.keywords["time_horizon"], crowd.keywords["settings"]["time_horizon"]) == (3.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("orca:speed=3", "parameter of orca: expected one of neighbours, horizon, wall_horizon; found 'speed'"),
+        ("orca:horizon", "method: expected orca:PARAMETER=VALUE with a number, found 'horizon'"),
+        ("orca:horizon=far", "method: expected orca:PARAMETER=VALUE with a number, found 'horizon=far'"),
+        ("orca:", "method: expected orca:PARAMETER=VALUE with a number, found ''"),
+        ("orca:neighbours=2.5", "neighbours: expected a whole number"),
+        ("orca:neighbours=inf", "neighbours: expected"),
+        ("mppi:temperature=-1", "temperature: expected"),
+        ("nao:horizon=3", "method: expected nao alone, whose settings are of the scenario; found 'nao:horizon=3'"),
+        ("orca:horizon=3@observed", "method: expected orca alone, which observes the present only"),
+    ],
+)
+def test_parameters_that_are_refused(name, message):
+    with pytest.raises(InvalidInput, match=f"^{re.escape(message)}"):
+        contender(name)
+
+
+def test_a_peer_without_parameters_says_so():
+    plain, _ = fake()
+    assert plain.parameters == {}
+    with pytest.raises(InvalidInput, match=r"^method: expected fake alone, which has no parameters"):
+        plain.with_parameters({"horizon": 3.0})
+
+
+@pytest.mark.parametrize("given", ["orca:horizon=0", "orca:wall_horizon=0", "orca:neighbours=0", "hl:time_horizon=0"])
+def test_parameters_that_a_method_refuses(given):
+    peer(given.partition(":")[0])
+    key = given.partition(":")[2].partition("=")[0]
+    with pytest.raises(InvalidInput, match=f"^{key}: expected"):
+        simulate(crowd_of(), given)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
 # Paths.
 
 AROUND = PathGoal([(0, 0), (0, 4), (8, 4), (8, 0)], [1.5, 1.5, 0.8, 0.8], 0.3)

@@ -528,3 +528,24 @@ def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:
         expected += [[f"| {called} {settings}".rstrip(), method] for method in row.methods]
     assert cells == expected
     assert "`slalom compare benchmarks/fleets.yaml " in page
+
+
+def test_a_row_names_methods_with_their_own_parameters(tmp_path: Path) -> None:
+    """Parameters belong to the names of peers, settings of slalom's methods to rows."""
+    installed("orca")
+    file = tmp_path / "study.yaml"
+    file.write_text(
+        "seeds: 1\nscenarios:\n"
+        "- {scenario: circle, settings: {robots: 2, radius: 3}, methods: [orca, 'orca:horizon=1:neighbours=1']}\n"
+        "- {scenario: circle, settings: {robots: 2, radius: 3, horizon: 3, guided: 0}, methods: [vo]}\n"
+    )
+    first, second = compare_all(read_study(file).rows)
+    assert list(first["methods"]) == ["orca", "orca:horizon=1:neighbours=1"]
+    plain, other = first["methods"].values()
+    assert plain["time"] != other["time"]
+    assert second["settings"] == {"robots": 2, "radius": 3, "horizon": 3, "guided": 0}
+    keys = {case.key for case in cases_of(read_study(file).rows[0])}
+    assert len(keys) == 2
+    file.write_text("seeds: 1\nscenarios: [{scenario: circle, methods: ['orca:speed=1']}]\n")
+    with pytest.raises(InvalidFile, match=r"scenarios\.0\.methods\.0: .*expected one of neighbours, horizon"):
+        read_study(file)

@@ -104,6 +104,7 @@ def compare(
         NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
     methods
         Names from `slalom list methods`, separated by commas; by default those of the study, or vo,nlvo,avo,ao,nao.
+        Methods of other authors take parameters, as in orca:horizon=5:neighbours=10.
     seeds
         Number of seeds per scenario; by default as in the study, or 100.
     metrics

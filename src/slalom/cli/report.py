@@ -125,9 +125,10 @@ def list_text(result: dict[str, Any]) -> str:
             lines.append(f"  {name:22} {entry['sentence']}")
             if "source" in entry:
                 lines.append(f"  {'':22} {entry['source']}; foresight: {entry['foresight']}")
-            elif entry.get("parameters"):
-                parameters = ", ".join(f"{k}={v:g}" for k, v in entry["parameters"].items())
-                lines.append(f"  {'':22} --set {parameters}")
+            if entry.get("parameters"):
+                first, between = (f"{name}:", ":") if "source" in entry else ("--set ", ", ")
+                parameters = between.join(f"{k}={v:g}" for k, v in entry["parameters"].items())
+                lines.append(f"  {'':22} {first}{parameters}")
     return "\n".join(lines)
 
 

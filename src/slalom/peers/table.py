@@ -3,7 +3,7 @@
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, Final, cast
 
 import numpy as np
@@ -16,6 +16,7 @@ from slalom.peers.barrier import BarrierFilter
 from slalom.peers.behaviours import Behaviours
 from slalom.peers.crowd import Crowd, Team, imported
 from slalom.peers.dynamic_window import DynamicWindow
+from slalom.peers.parameters import parameters_of, parsed, with_parameters
 from slalom.peers.path_integral import PathIntegral
 from slalom.peers.rvo2 import Rvo2
 
@@ -44,6 +45,20 @@ class Peer:
     limited: bool = False
     inflation: float = 0.0
     walls: bool = True
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Numbers with which the method is made, by name: those of NAME:PARAMETER=VALUE."""
+        return parameters_of(self.crowd)
+
+    def with_parameters(self, values: Mapping[str, float]) -> "Peer":
+        """The method with other parameters, which its name then states: NAME:PARAMETER=VALUE.
+
+        Raises:
+            InvalidInput: a parameter that it does not have, a value below 0.
+        """
+        name = ":".join([self.name, *(f"{key}={value:.12g}" for key, value in values.items())])
+        return replace(self, name=name, crowd=with_parameters(self.crowd, values, self.name))
 
     @property
     def foresight(self) -> str:
@@ -84,7 +99,7 @@ PLANNED: Final = 4.0
 _ROWS: Final = (
     Peer(
         "orca",
-        partial(Rvo2, neighbours=MAX_NEIGHBOURS, horizon=TIME_HORIZON),
+        partial(Rvo2, neighbours=MAX_NEIGHBOURS, horizon=TIME_HORIZON, wall_horizon=TIME_HORIZON),
         "ORCA (RVO2 in pyrvo): velocities that share the avoidance",
         ORCA,
         "pyrvo",
@@ -120,14 +135,24 @@ _ROWS: Final = (
     ),
     Peer(
         "hl",
-        partial(Behaviours, kind="HL", time_horizon=TIME_HORIZON),
+        partial(
+            Behaviours,
+            kind="HL",
+            time_horizon=TIME_HORIZON,
+            settings={"tau": 0.125, "eta": 0.5, "aperture": 3.1415927410125732, "resolution": 101},
+        ),
         "Human-like (navground): the heading that leads nearest to the goal",
         HL,
         "navground",
     ),
     Peer(
         "social_force",
-        partial(Behaviours, kind="SocialForce", time_horizon=TIME_HORIZON),
+        partial(
+            Behaviours,
+            kind="SocialForce",
+            time_horizon=TIME_HORIZON,
+            settings={"tau": 0.5, "v_a": 2.1, "v_r": 0.3, "u_a": 10.0, "u_r": 0.2},
+        ),
         "Social force (navground): attraction to the goal, repulsion from others as points",
         FORCE,
         "navground",
@@ -183,7 +208,8 @@ CONTENDERS: Final[Mapping[str, Method | Peer]] = ChainMap(cast(Any, PEERS), cast
 def method(name: str) -> Any:
     """Method or peer by any name of `slalom list methods`, or NAME@FORESIGHT, as in nao@observed.
 
-    The result is a `Method`, or a `Peer` for methods that are not slalom's, which only the simulator runs.
+    The result is a `Method`, or a `Peer` for methods that are not slalom's, which only the simulator runs. A peer takes
+    parameters as in orca:horizon=5:neighbours=10.
 
     Raises:
         InvalidInput: an unknown method or foresight; the message lists the known ones.
@@ -208,15 +234,27 @@ def contender(given: str | Method | Peer) -> Method | Peer:
 
 
 def contender_named(name: str) -> Method | Peer:
-    """Method or peer by name, installed or not; for methods also NAME@FORESIGHT, see `methods.method`.
+    """Method or peer by name, installed or not.
+
+    For methods also NAME@FORESIGHT, see `methods.method`; for peers NAME:PARAMETER=VALUE:..., see `Peer.parameters`.
 
     Raises:
-        InvalidInput: an unknown name, with all known ones; or a peer with a foresight.
+        InvalidInput: an unknown name, with all known ones; a peer with a foresight, a method of slalom with parameters;
+            an unknown parameter or a value out of range.
     """
     plain, at, foresight = name.partition("@")
+    plain, colon, parameters = plain.partition(":")
     chosen = CONTENDERS[known(plain, "method", list(CONTENDERS))]
     if isinstance(chosen, Method):
+        if colon:
+            raise InvalidInput(f"method: expected {plain} alone, whose settings are of the scenario; found {name!r}")
         return chosen.with_foresight(foresight) if at else chosen
     if at:
         raise InvalidInput(f"method: expected {plain} alone, which observes the present only; found {name!r}")
-    return chosen
+    return _changed(plain, parameters) if colon else chosen
+
+
+@cache
+def _changed(name: str, parameters: str) -> Peer:
+    """The peer with parameters as text. The same object every time, because crowds do not compare."""
+    return PEERS[name].with_parameters(parsed(parameters, name))

@@ -43,7 +43,8 @@ class Row(NamedTuple):
     """A scenario with settings, and the methods to compare on seeds 0, 1, ...
 
     For a file of test cases, the seeds are the first cases. Scenario and methods are names or objects, metrics names or
-    functions of a recording.
+    functions of a recording. A method with settings of its own is a row of its own: settings of slalom's methods are
+    those of the scenario, and parameters of a peer belong to its name, as in orca:horizon=5.
     """
 
     scenario: Source
