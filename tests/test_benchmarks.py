@@ -1,5 +1,6 @@
 """Every benchmark program runs, and the page is rendered from what they write; what they measure is not asserted."""
 
+import csv
 import json
 import subprocess
 import sys
@@ -9,9 +10,16 @@ from pathlib import Path
 import pytest
 
 import slalom
+from slalom.peers import PEERS
+from slalom.sim import Scenario, read_study
+from slalom.sim.sweep.case import run_one
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "benchmarks"
+sys.path.insert(0, str(FOLDER))
+
+import best_settings  # noqa: E402
+
 QUICK = {
     "start": ["--quick"],
     "sampling": ["--quick"],
@@ -153,3 +161,70 @@ def test_random_fleets_are_measured(tmp_path: Path) -> None:
     done = called(FOLDER / "random_fleets.py", "--quick", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / "random_fleets.json").read_text())["tables"]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Best settings of baselines.
+
+
+def test_the_first_try_of_a_method_has_the_present_settings() -> None:
+    """So that of equal tries the present settings are taken; every parameter of a grid is one of the peer."""
+    fields = Scenario.__dataclass_fields__
+    for name, grid in best_settings.OF_SCENARIO.items():
+        assert {key: values[0] for key, values in grid.items()} == {key: fields[key].default for key in grid}, name
+        parameters = PEERS[name].parameters if name in PEERS else {}
+        own = best_settings.OF_METHOD.get(name, {})
+        assert {key: values[0] for key, values in own.items()} == {key: parameters[key] for key in own}, name
+    assert set(best_settings.OF_METHOD) == set(best_settings.OF_SCENARIO) & set(PEERS)
+
+
+def test_every_combination_is_tried_once() -> None:
+    found = best_settings.tries("orca_limited")
+    assert len(found) == len({one.text for one in found}) == 3 * 3 * 2
+    assert found[0].text == "margin=0.05 orca_limited:horizon=10:wall_horizon=10"
+    assert [one.text for one in best_settings.tries("vo", 1)] == ["horizon=6 patience=0.1 margin=0.05 vo"]
+
+
+def test_collisions_count_first_then_arrivals_then_time() -> None:
+    """Of equal tries the first; a try that cannot run is never better than one that can."""
+    every = best_settings.tries("hrvo")[:3]
+    results = {
+        (0, 10, 9.0): (1, 20, 5.0),
+        (0, 11, 9.0): (0, 10, 5.0),
+        (0, 10, 8.0): (0, 10, 9.0),
+    }
+    for good, bad in results.items():
+        found = [
+            best_settings.Result(20, collisions, 20, arrived, time) for collisions, arrived, time in (bad, good, good)
+        ]
+        assert best_settings.best(every, found)[0] == every[1]
+    refused = best_settings.Result(refused="no walls")
+    assert best_settings.best(every, [refused, refused, best_settings.Result(20, 9, 20, 0, 60.0)])[0] == every[2]
+
+
+def test_a_try_is_the_sum_of_its_runs() -> None:
+    settings, one = {"duration": 4.0}, best_settings.tries("vo")[0]
+    (found,) = best_settings.results("head_on", settings, [one], (2000, 2001), 1)
+    runs = [run_one("head_on", {**settings, **one.settings}, "vo", seed) for seed in (2000, 2001)]
+    assert found.collisions == sum(run["collisions"] for run in runs)
+    assert found.arrived == sum(run["arrived"] for run in runs)
+    assert found.time == sum(run["time"] for run in runs) / 2
+    assert best_settings.summed([runs[0], "horizon: expected more"]).refused == "horizon: expected more"
+
+
+def test_best_settings_are_written_and_printed_as_a_row(tmp_path: Path) -> None:
+    """Lines of other methods stay in the file; the printed row is that of a study, with settings of each method."""
+    file, tokens = tmp_path / "new" / "best.csv", ["--quick", "--scenario", "head_on", "--set", "duration=1"]
+    for methods in (["vo", "dwa"], ["vo", "nao"]):
+        done = called(FOLDER / "best_settings.py", *tokens, "--methods", *methods, "--out", file)
+        assert done.returncode == 0, done.stderr
+    with file.open(newline="") as text:
+        rows = list(csv.DictReader(text))
+    assert [row["method"] for row in rows] == ["dwa"] * 32 + ["vo"] * 8
+    assert {row["scenario"] for row in rows} == {"head_on duration=1"}
+    assert {row["runs"] for row in rows} == {"2"}
+    study = tmp_path / "study.yaml"
+    study.write_text("seeds: 1\nscenarios:\n" + "".join(f"{line}\n" for line in done.stdout.splitlines()))
+    (row,) = read_study(study).rows
+    assert row.methods == ["vo"]
+    assert set(row.settings) == {"duration", "horizon", "patience", "margin"}

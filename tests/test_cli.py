@@ -1,5 +1,6 @@
 """Interface of the command line (design, section 6): commands, outputs, exit codes, one clear line per mistake."""
 
+import csv
 import json
 import os
 import re
@@ -51,11 +52,13 @@ OF_RUN = {
     "min_clearance",
     "time",
     "adjustments",
+    "jerk",
     "decision_us",
     "statuses",
 }
 OF_DECIDE = {"control", "foresight", "status", "clearance", "time_to_collision"}
 OF_COMPARE = {"foresight", "runs", "runs_with_collision", "runs_all_arrived", "adjustments", "time", "min_clearance"}
+OF_COMPARE |= {"jerk", "guided"}
 
 
 @pytest.fixture
@@ -427,11 +430,64 @@ def test_compare_writes_a_page(say: Say) -> None:
         ["| scene.yaml duration=0.3", "vo", "observed", "1, deterministic"],
         ["| scene.yaml duration=0.3", "ao", "observed", "1, deterministic"],
     ]
-    assert {line.count("|") for line in lines} == {12}
-    assert "| 1, deterministic | 0 | 0 | 0 | - |" in lines[2]
+    assert {line.count("|") for line in lines} == {15}
+    assert "| 1, deterministic | no | 0 | 0 | 0 | - |" in lines[2]
     Path("a b.md").unlink()
     assert say(*shlex.split(command)[1:]).code == 0
     assert Path("a b.md").read_text() == page
+
+
+def test_compare_writes_a_csv_file(say: Say) -> None:
+    """A row for each scenario and method, with the numbers of the JSON object to the bit."""
+    Path("study.yaml").write_text(
+        "methods: [nao, vo]\nseeds: 2\nmetrics: [success]\nscenarios:\n"
+        "- {scenario: circle, settings: {robots: 2, radius: 3}}\n"
+        "- {scenario: circle, settings: {robots: 2, radius: 3, guided: 0}, methods: [nao]}\n"
+    )
+    found = say("compare", "study.yaml", "--csv", "new/table.csv", "--json").json["rows"]
+    with open("new/table.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["method"], row["guided"], row["settings"]) for row in rows] == [
+        ("nao", "true", "robots=2.0 radius=3.0"),
+        ("vo", "true", "robots=2.0 radius=3.0"),
+        ("nao", "false", "robots=2.0 radius=3.0 guided=0.0"),
+    ]
+    for row, expected in zip(rows, found, strict=True):
+        for name in ("runs", "runs_all_arrived", "time", "adjustments", "jerk", "efficacy", "min_clearance"):
+            assert float(row[name]) == expected[name]
+        low, high = expected["runs_successful_interval"]
+        assert (float(row["runs_successful_low"]), float(row["runs_successful_high"])) == (low, high)
+        assert float(row["extra_time_90"]) == expected["extra_time"][2]
+        assert float(row["success"]) == expected["metrics"]["success"]["mean"]
+        assert row["failures"] == ""
+    said = say("compare", "study.yaml", "--csv", "table.txt")
+    assert said.err == "--csv: expected a file that ends in .csv, found 'table.txt'\n"
+    tokens = ["compare", "study.yaml", "--csv", "a.csv", "--shard", "1/2", "--store", "kept"]
+    assert "--csv: expected without --shard" in say(*tokens).err
+    Path("two.csv").write_text(CADRL)
+    said = say("compare", "two.csv", "--methods", "nao", "--seeds", "1", "--csv", "two.csv")
+    assert said.err == "two.csv: expected a file other than the source, found the same\n"
+
+
+def test_tables_state_whether_robots_are_guided(say: Say) -> None:
+    """Several robots of slalom's methods are, unless the setting says otherwise, which the row shows."""
+    Path("study.yaml").write_text(
+        "methods: [nao]\nseeds: 1\nscenarios:\n- {scenario: circle, settings: {robots: 2, duration: 0.2}}\n"
+        "- {scenario: circle, settings: {robots: 2, duration: 0.2, guided: 0}}\n- {scenario: scene.yaml}\n"
+    )
+    said = say("compare", "study.yaml", "--page", "page.md")
+    assert [line.split()[:3] for line in said.out.splitlines() if line.startswith("nao ")] == [
+        ["nao", "observed", "yes"],
+        ["nao", "observed", "no"],
+        ["nao", "recorded", "no"],
+    ]
+    cells = [line.split(" | ") for line in Path("page.md").read_text().splitlines() if line.startswith("| ")]
+    assert cells[0][4] == "guided"
+    assert [(row[0], row[4]) for row in cells[1:]] == [
+        ("| circle robots=2, duration=0.2", "yes"),
+        ("| circle robots=2, duration=0.2, guided=0", "no"),
+        ("| scene.yaml", "no"),
+    ]
 
 
 def test_compare_says_which_files_of_cases_are_not_there(say: Say) -> None:
@@ -488,7 +544,7 @@ def test_compare_says_what_cannot_run(say: Say) -> None:
     assert reason in said.out
     (line,) = [line for line in Path("page.md").read_text().splitlines() if " | orca | " in line]
     assert "0; none ran: drone: expected a disc" in line
-    assert line.endswith("| - | - | - | - | - | - | - |")
+    assert line.endswith("| no | - | - | - | - | - | - | - | - | - |")
     assert say(*tokens, "--force", "--methods", "orca").code == 1
 
 
@@ -504,7 +560,7 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
     assert said.code == 1
     assert "avo: 2 did not run (seeds 1, 3): its process was killed" in said.out
     assert (
-        "| avo | observed | 1, deterministic; 2 did not run (seeds 1, 3): its process was killed | 0 |"
+        "| avo | observed | 1, deterministic; 2 did not run (seeds 1, 3): its process was killed | no | 0 |"
         in Path("page.md").read_text()
     )
 

@@ -187,9 +187,8 @@ def test_a_step_of_a_fleet_says_which_robots_are_safe_and_stuck() -> None:
     """A robot behind a wall comes no nearer; one before a rock cannot avoid it; the third is absent."""
     rock = slalom.Obstacle(slalom.Disc(0.5), slalom.ConstantVelocity((2.0, 8.0), (-4.0, 0.0)), "rock")
     wide = slalom.Obstacle(slalom.Polyline([(3, -6), (3, 6)], 0.05), slalom.Stationary((0, 0)), "wall")
-    fleet = slalom.Fleet(
-        slalom.method("nao"), slalom.Disc(0.3), LIMITS, robots=3, obstacles=[wide, rock], detours=(), stuck_after=4.0
-    )
+    settings = {"obstacles": [wide, rock], "detours": (), "stuck_after": 4.0, "guided": False}
+    fleet = slalom.Fleet(slalom.method("nao"), slalom.Disc(0.3), LIMITS, robots=3, **settings)
     places, speeds = np.array([(0.0, 0.0), (0.0, 8.0), (0.0, -20.0)]), np.zeros((3, 2))
     targets, unsafe, present = np.array([(8.0, 0.0), (8.0, 8.0), (0.0, 0.0)]), [], (True, True, False)
     for k in range(100):

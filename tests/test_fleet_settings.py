@@ -43,7 +43,7 @@ def test_worlds_are_fleets_of_their_own() -> None:
     starts, targets = swap(5)
     methods, shapes = [METHODS["nao"]] * 5 + [METHODS["rvo"]] * 5, [Disc(0.3)] * 5 + [Rectangle(0.6, 0.4)] * 5
     rock = Obstacle(Disc(0.5), Stationary((0.3, 0.1)), "rock")
-    settings = {"obstacles": [rock], "threads": 2}
+    settings = {"obstacles": [rock], "threads": 2, "guided": False}
     both = Fleet(methods, shapes, LIMITS, worlds=[0] * 5 + [1] * 5, **settings)
     path = drive(both, np.tile(starts, (2, 1)), np.tile(targets, (2, 1)), 80, lambda t: walkers(t, [1, 1]))
     first = drive(Fleet(METHODS["nao"], Disc(0.3), LIMITS, robots=5, **settings), starts, targets, 80)
@@ -58,7 +58,7 @@ def test_worlds_of_robots_that_publish_are_fleets_of_their_own() -> None:
     rows = [np.array([0, 2, 3, 5, 6]), np.array([1, 4])]
     worlds = np.zeros(7, int)
     worlds[rows[1]] = 3
-    method, settings = METHODS["nao_shared"], {"horizon": 12.0}
+    method, settings = METHODS["nao_shared"], {"horizon": 12.0, "guided": False}
     both = drive(Fleet(method, Disc(0.3), LIMITS, robots=7, worlds=worlds, **settings), starts, targets, 40)
     for own in rows:
         alone = drive(Fleet(method, Disc(0.3), LIMITS, robots=len(own), **settings), starts[own], targets[own], 40)
@@ -121,7 +121,7 @@ def test_the_robot_of_lower_priority_avoids() -> None:
     starts = np.array([(-4.0, 0.0), (4.0, 0.05)])
     aside = []
     for priority in ([1.0, PRIORITY_RATIO], [PRIORITY_RATIO, 1.0]):
-        fleet = Fleet(METHODS["nao"], Disc(0.4), LIMITS, robots=2, priority=priority)
+        fleet = Fleet(METHODS["nao"], Disc(0.4), LIMITS, robots=2, priority=priority, guided=False)
         path = drive(fleet, starts, -starts, 120)
         assert closest(path).min() >= 0.8
         assert np.linalg.norm(path[-1] + starts, axis=1).max() < 0.3
@@ -135,7 +135,7 @@ def test_with_published_manoeuvres_the_first_priority_decides_first() -> None:
     """It drives as if it were alone as far as the others can get out of its way."""
     starts = np.array([(-4.0, 0.0), (4.0, 0.05)])
     for priority in ([1.0, 2.0], [2.0, 1.0]):
-        fleet = Fleet(METHODS["nao_shared"], Disc(0.4), LIMITS, robots=2, priority=priority)
+        fleet = Fleet(METHODS["nao_shared"], Disc(0.4), LIMITS, robots=2, priority=priority, guided=False)
         path = drive(fleet, starts, -starts, 120)
         low, high = np.argsort(priority)
         assert closest(path).min() >= 0.8 - METRIC
@@ -160,7 +160,8 @@ def test_the_margin_from_obstacles_is_that_which_was_given(name: str) -> None:
 def test_each_robot_keeps_its_own_margin() -> None:
     wall = Obstacle(Rectangle(8.0, 0.2), Stationary((0.0, 0.0)), "wall")
     starts = np.array([(-8.0, 0.5), (-8.0, -0.5)])
-    fleet = Fleet(METHODS["nao_shared"], Disc(0.3), LIMITS, robots=2, margin=[0.02, 0.6], obstacles=[wall])
+    settings = {"margin": [0.02, 0.6], "obstacles": [wall], "guided": False}
+    fleet = Fleet(METHODS["nao_shared"], Disc(0.3), LIMITS, robots=2, **settings)
     path = drive(fleet, starts, starts + np.array([16.0, 0.0]), 160)
     beside = np.abs(path[..., 0]) < 3.5
     gaps = [float(np.abs(path[beside[:, k], k, 1]).min()) - 0.4 for k in range(2)]

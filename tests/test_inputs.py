@@ -1154,6 +1154,24 @@ CASES = [
         r"method: expected hl alone, which observes the present only; found 'hl@observed'",
         lambda _: contender("hl@observed"),
     ),
+    Case(
+        "contender_named",
+        InvalidInput,
+        r"method: expected nao alone, whose settings are of the scenario; found 'nao:horizon=3'",
+        lambda _: slalom.method("nao:horizon=3"),
+    ),
+    Case(
+        "parsed",
+        InvalidInput,
+        r"method: expected hl:PARAMETER=VALUE with a number, found 'tau'",
+        lambda _: slalom.method("hl:tau"),
+    ),
+    Case(
+        "with_parameters",
+        InvalidInput,
+        r"method: expected plain alone, which has no parameters; found 'tau'",
+        lambda _: peers.parameters.with_parameters(len, {"tau": 1.0}, "plain"),
+    ),
     # Numbers.
     Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
     Case("array", InvalidInput, r"position: expected numbers", lambda _: State(((1, 2), (3,)), (0, 0))),
@@ -2731,7 +2749,13 @@ CASES = [
         command("convert", "{}/a.h5", "{}/a.xls"),
     ),
     Case(
-        "compare",
+        "_prepare",
+        InvalidInput,
+        r"--csv: expected a file that ends in \.csv, found .*a\.txt",
+        command("compare", "empty", "--csv", "{}/a.txt"),
+    ),
+    Case(
+        "_prepare",
         InvalidInput,
         r"--page: expected without --shard, which has a part of the runs; found",
         command("compare", "empty", "--shard", "1/2", "--store", "{}/runs", "--page", "{}/new.md"),

@@ -295,6 +295,7 @@ def test_summary_agrees_with_the_metrics() -> None:
     assert found["min_clearance"] == metrics.min_clearance(run)
     assert found["collisions"] == metrics.collisions(run)
     assert found["adjustments"] == metrics.adjustments(run)
+    assert found["jerk"] == metrics.mean_jerk(run)
     assert found["time"] == metrics.time(run)
     assert found["arrived"] == metrics.arrived(run) == found["robots"] == 1
     assert (found["scenario"], found["method"], found["seed"]) == ("head_on", "nao", 3)

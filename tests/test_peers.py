@@ -20,6 +20,7 @@ from slalom import (
     InvalidInput,
     Limits,
     Obstacle,
+    PathGoal,
     Polygon,
     Polyline,
     Rectangle,
@@ -245,7 +246,7 @@ def test_walls_that_are_not_seen_are_refused(name):
 def test_the_ring_of_fifty():
     """What others measured of RVO2 with a clamp at 2 m/s^2 and 30 % larger robots: no collision; without them, many."""
     run, bare = (
-        metrics.summary(simulate(build("ring", {"robots": 50}, seed=1), peer(name)))
+        metrics.summary(simulate(build("ring", {"robots": 50, "margin": 0.0}, seed=1), peer(name)))
         for name in ("orca_inflated", "orca")
     )
     assert run["arrived"] == bare["arrived"] == 50
@@ -255,15 +256,133 @@ def test_the_ring_of_fifty():
 
 
 # ---------------------------------------------------------------------------------------------------------------------
+# Parameters.
+
+CHANGED = {
+    "orca_limited": {"horizon": 2.0, "neighbours": 3},
+    "hrvo": {"time_horizon": 2.0, "max_neighbors": 2},
+    "hl_limited": {"time_horizon": 2.0, "tau": 0.5},
+    "social_force": {"v_a": 4.0},
+    "navground_orca": {"time_horizon": 1.5},
+    "dwa": {"horizon": 2.0, "heading": 1.0},
+    "mppi": {"samples": 32, "temperature": 0.1},
+    "cbf": {"gain": 0.2},
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_parameters_belong_to_the_name(name):
+    """They change the run; with the values of the table nothing changes but the name."""
+    plain, given = peer(name), ":".join(f"{key}={value:g}" for key, value in CHANGED[name].items())
+    other = contender(f"{name}:{given}")
+    assert contender(f"{name}:{given}") is other
+    assert other.name == f"{name}:{given}"
+    assert other.parameters == plain.parameters | CHANGED[name]
+    same = contender(":".join([name, *(f"{key}={plain.parameters[key]:.12g}" for key in CHANGED[name])]))
+    runs = [simulate(crowd_of(), one) for one in (plain, same, other)]
+    assert np.array_equal(runs[0].positions, runs[1].positions)
+    assert not np.array_equal(runs[0].positions, runs[2].positions)
+    assert runs[2].method == other.name
+
+
+def test_a_time_horizon_of_navground_is_that_of_its_orca_too():
+    """It is both that of the neighbours that count and a property of the behaviour."""
+    crowd = peer("navground_orca").with_parameters({"time_horizon": 3.0}).crowd
+    assert (crowd.keywords["time_horizon"], crowd.keywords["settings"]["time_horizon"]) == (3.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("orca:speed=3", "parameter of orca: expected one of neighbours, horizon, wall_horizon; found 'speed'"),
+        ("orca:horizon", "method: expected orca:PARAMETER=VALUE with a number, found 'horizon'"),
+        ("orca:horizon=far", "method: expected orca:PARAMETER=VALUE with a number, found 'horizon=far'"),
+        ("orca:", "method: expected orca:PARAMETER=VALUE with a number, found ''"),
+        ("orca:neighbours=2.5", "neighbours: expected a whole number"),
+        ("orca:neighbours=inf", "neighbours: expected"),
+        ("mppi:temperature=-1", "temperature: expected"),
+        ("nao:horizon=3", "method: expected nao alone, whose settings are of the scenario; found 'nao:horizon=3'"),
+        ("orca:horizon=3@observed", "method: expected orca alone, which observes the present only"),
+    ],
+)
+def test_parameters_that_are_refused(name, message):
+    with pytest.raises(InvalidInput, match=f"^{re.escape(message)}"):
+        contender(name)
+
+
+def test_a_peer_without_parameters_says_so():
+    plain, _ = fake()
+    assert plain.parameters == {}
+    with pytest.raises(InvalidInput, match=r"^method: expected fake alone, which has no parameters"):
+        plain.with_parameters({"horizon": 3.0})
+
+
+@pytest.mark.parametrize("given", ["orca:horizon=0", "orca:wall_horizon=0", "orca:neighbours=0", "hl:time_horizon=0"])
+def test_parameters_that_a_method_refuses(given):
+    peer(given.partition(":")[0])
+    key = given.partition(":")[2].partition("=")[0]
+    with pytest.raises(InvalidInput, match=f"^{key}: expected"):
+        simulate(crowd_of(), given)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Paths.
+
+AROUND = PathGoal([(0, 0), (0, 4), (8, 4), (8, 0)], [1.5, 1.5, 0.8, 0.8], 0.3)
+BARRIER = Obstacle(Polyline([(4, -3), (4, 3)], 0.05), Stationary((0, 0)), "wall")
+
+
+def on_path(goal: PathGoal = AROUND, *obstacles: Obstacle) -> Scenario:
+    """A robot with a path, at its start."""
+    start = replace(robot(*goal.points[0], (0.0, 0.0)), goal=goal)
+    return Scenario("path", (start,), obstacles, duration=40.0)
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_a_path_is_followed_at_its_speeds(name):
+    """Three sides of a rectangle, whose end lies 8 m beside the start; corners are cut by less than 1 m."""
+    run = simulate(on_path(), peer(name))
+    assert np.isfinite(run.arrived[0])
+    off = [np.linalg.norm(AROUND.point(AROUND.nearest(p, 0.0, AROUND.length)) - p) for p in run.positions[:, 0]]
+    assert max(off) < 1.0
+    assert run.positions[:, 0, 1].max() > 3.0
+    # The last side permits 0.8 m/s, and half of the braking suffices to slow down before it.
+    speeds, (x, y) = np.linalg.norm(run.velocities[:, 0], axis=1), run.positions[:, 0].T
+    assert speeds[(x > 7.0) & (y < 3.5)].max() <= 0.81
+    assert speeds.max() > 1.2
+
+
+@pytest.mark.parametrize("name", [name for name in PEERS if PEERS[name].walls])
+def test_a_path_leads_around_a_wall(name):
+    """The straight way to its end is closed."""
+    run = simulate(on_path(AROUND, BARRIER), peer(name))
+    assert np.isfinite(run.arrived[0])
+    assert metrics.min_clearance(run) > 0.0
+
+
+def test_the_target_on_a_path_is_that_of_its_step():
+    """At the start 1 s ahead, beside a disc at rest that covers the path there; then as the robot moves on."""
+    willing, begun = fake()
+    parked = Obstacle(Disc(0.4), Stationary((0.0, 1.5)), "parked")
+    for obstacles in ((), (parked,)):
+        simulate(replace(on_path(AROUND, *obstacles), duration=0.1), willing)
+    free, beside = (crowd.told[2][0] for crowd in begun)
+    # To pass the target 1.5 m ahead from rest: sqrt(2 m/s^2 1.5 m / 2).
+    assert free == pytest.approx([0.0, 1.5**0.5])
+    assert np.linalg.norm(beside) <= 1.5 + 1e-12
+    assert beside[0] > 0.3
+
+
+# ---------------------------------------------------------------------------------------------------------------------
 # What a peer is told, and what is done with its answer.
 
 
 def test_what_a_peer_is_told():
-    """Inflated radii, present obstacles as they are now, preferred velocities of goals; no settings of navigators."""
+    """Inflated radii, present obstacles as they are now, preferred velocities of goals; the margin is 0."""
     larger, begun = fake(inflation=0.3)
     passing = Obstacle(Disc(1.0), ConstantVelocity((4.0, 9.0), (0.0, -1.0)), "car", uncertainty=BoundedError(0.2, 1.0))
     scenario = Scenario("told", (robot(0.0, 0.0, (10.0, 0.0)),), (passing, WALLS["a line"]), duration=0.2, replan=0.2)
-    simulate(scenario, larger)
+    simulate(replace(scenario, margin=0.0), larger)
     ((crowd),) = begun
     assert crowd.team.radii == pytest.approx([0.65])
     assert crowd.team.max_speeds == pytest.approx([1.5])
@@ -273,6 +392,39 @@ def test_what_a_peer_is_told():
     assert positions.tolist() == velocities.tolist() == [[0.0, 0.0]]
     assert preferred.tolist() == [[1.5, 0.0]]
     assert [x.tolist() for x in others] == [[[4.0, 9.0]], [[0.0, -1.0]], [1.2]]
+
+
+def test_half_of_a_margin_is_that_of_each_robot_and_obstacle():
+    """Besides the inflation; obstacles have half of the largest margin, so that no robot comes nearer than its own."""
+    larger, begun = fake(inflation=0.3)
+    rock = Obstacle(Disc(1.0), Stationary((4.0, 9.0)), "rock")
+    robots = robot(0.0, 0.0, (10.0, 0.0), "one"), replace(robot(0.0, 5.0, (10.0, 5.0), "two"), margin=0.4)
+    simulate(Scenario("told", robots, (rock, WALLS["a line"]), duration=0.1, margin=0.2), larger)
+    ((crowd),) = begun
+    assert crowd.team.radii == pytest.approx([0.65 + 0.1, 0.65 + 0.2])
+    assert crowd.told[3].radii == pytest.approx([1.0 + 0.2])
+    (wall,) = crowd.team.walls
+    assert shapely.Polygon(wall).equals(shapely.box(4.8, -1.2, 5.2, 4.2))
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.05, 0.3])
+@pytest.mark.parametrize("name", AVOIDING)
+def test_the_margin_is_kept_between_two_robots(name, margin):
+    """By every method that considers radii, as by slalom's; the collisions are those of the true radii."""
+    settings = {"robots": 2, "radius": 6, "robot_radius": 0.5, "margin": margin}
+    clearance = least_clearance(simulate(build("circle", settings), peer(name)))
+    # The dynamic window is tested at samples.
+    assert clearance >= margin - (0.02 if name == "dwa" else 5e-3)
+    # Half of the inflation, or what samples of the prediction and the part of the other robot add.
+    assert clearance <= margin + (0.35 if name in (*PLANNERS, "orca_inflated") else 0.1)
+
+
+@pytest.mark.parametrize("name", [name for name in SEEING_WALLS if name != "dwa"])
+def test_the_margin_is_kept_from_walls(name):
+    scenario = Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS["a line"],), duration=15.0, margin=0.3)
+    # The human-like behaviour considers 101 headings.
+    least = 0.25 if name.startswith("hl") else 0.3 - 5e-3
+    assert metrics.min_clearance(simulate(scenario, peer(name))) >= least
 
 
 @pytest.mark.parametrize("limited", [False, True])

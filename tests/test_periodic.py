@@ -369,7 +369,7 @@ def test_robots_decide_as_in_a_world_with_all_images_as_robots(method, period, s
     tiles = np.concatenate([np.zeros((1, 2)), around[np.any(around, axis=1)]])
     shapes = [Rectangle(0.8, 0.4) if k == 2 else Disc(0.3) for k in range(n)]
     # No robot can meet its own images, which it avoids in tiles only.
-    settings = {"horizon": 2.5, "limits": Limits(1.2, 1.5)}
+    settings = {"horizon": 2.5, "limits": Limits(1.2, 1.5), "guided": False}
     repeating = Fleet(METHODS[method], shapes, world_period=period, **settings)
     tiled = Fleet(METHODS[method], shapes * len(tiles), **settings)
     for step in range(3):

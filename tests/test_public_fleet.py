@@ -1,12 +1,14 @@
 """`Fleet`: robots that decide together in a loop that belongs to the caller."""
 
 import copy
+import inspect
 import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from fleets import fleet_of, swap
+from parts import disc_or_ball
 
 from slalom import (
     METHODS,
@@ -20,6 +22,7 @@ from slalom import (
     Navigator,
     Obstacle,
     Outcome,
+    PathGoal,
     Polyline,
     Rectangle,
     State,
@@ -28,7 +31,7 @@ from slalom import (
     Union,
 )
 from slalom.errors import InvalidInput
-from slalom.sim import gallery, simulate
+from slalom.sim import Scenario, gallery, simulate
 from slalom.sim.run.robot_states import integrate
 from slalom.tolerances import ADMISSIBLE, METRIC
 
@@ -232,7 +235,7 @@ def test_navigators_that_observe_the_others_are_the_fleet(name: str, shape: Disc
     walls = [Obstacle(room, Stationary((0.0, 0.0)))] if walled else []
     starts, targets = swap(6, 4.0)
     discs, limits = Disc(0.3), Limits(1.5, 2.0)
-    fleet = Fleet(METHODS[name], [shape, *[discs] * 5], limits, obstacles=walls, period=DT, detours=())
+    fleet = Fleet(METHODS[name], [shape, *[discs] * 5], limits, obstacles=walls, period=DT, detours=(), guided=False)
     navigator, previous, others = Navigator(METHODS[name], shape, limits, period=DT), None, np.arange(1, 6)
     positions, velocities, applied = starts, np.zeros_like(starts), np.zeros_like(starts)
     for k in range(90):
@@ -293,3 +296,85 @@ def test_walls_one_by_one_and_together_lead_to_the_same_motion() -> None:
         found.append(position[0])
     np.testing.assert_array_equal(*found)
     assert np.linalg.norm(found[0] - (-0.7, -0.43)) < 0.2
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The defaults of a fleet are those of the simulator.
+
+
+def test_a_fleet_has_the_defaults_of_a_scenario() -> None:
+    """Every setting that both have; the period of decisions is dt, and None is the guidance of the simulator."""
+    given = {name: one.default for name, one in inspect.signature(Fleet).parameters.items()}
+    names = {"period": "dt", "world_period": "period", "observation_delay": "sight_delay"}
+    names |= {"observation_noise": "sight_noise"}
+    fields = Scenario.__dataclass_fields__
+    same = ["horizon", "margin", "holds", "patience", *names]
+    assert {name: given[name] for name in same} == {name: fields[names.get(name, name)].default for name in same}
+    assert given["guided"] is None
+    assert fields["guided"].default == 1.0
+    assert given["detours"] == gallery.build("circle").navigator(METHODS["nao"]).detours
+
+
+@pytest.mark.parametrize("name", ["nao", "nao_shared"])
+def test_a_fleet_drives_as_the_simulator_by_default(name: str) -> None:
+    """In a doorway, where robots without guidance block each other."""
+    scenario = gallery.build("doorway", {"robots": 6, "duration": 10.0}, seed=1)
+    run, robots = simulate(scenario, METHODS[name]), scenario.robots
+    # The simulator decides by name.
+    order = sorted(range(len(robots)), key=lambda k: robots[k].name)
+    each = [robots[k] for k in order]
+    settings = {"obstacles": scenario.obstacles, "holds": scenario.holds}
+    fleet = Fleet(METHODS[name], [r.shape for r in each], [r.limits for r in each], **settings)
+    positions, velocities = np.array([r.state.position for r in each]), np.array([r.state.velocity for r in each])
+    targets = np.array([r.goal.position(0.0) for r in each])
+    for k in range(len(run.times) - 1):
+        np.testing.assert_allclose(positions, run.positions[k, order], atol=1e-9)
+        decided = fleet.step(
+            float(run.times[k]),
+            *(positions, velocities, targets),
+            tolerances=[r.goal.tolerance for r in each],
+            stop=[r.goal.stop for r in each],
+        )
+        positions, velocities = integrate(positions, velocities, decided.accelerations, scenario.dt)
+
+
+BEHIND = Obstacle(Polyline([(0, -3), (0, 3)], 0.05), Stationary((0.0, 0.0)), "wall")
+OUT_OF_PLACE = [(-4.0, 0.0), (4.0, 0.5)]
+
+
+def first_targets(**settings) -> np.ndarray:
+    """The targets that two robots have in their first step, with goals behind a wall."""
+    fleet = Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0), robots=2, obstacles=[BEHIND], **settings)
+    fleet.step(0.0, OUT_OF_PLACE, np.zeros((2, 2)), -np.array(OUT_OF_PLACE))
+    return fleet.table.each["target"][:, :2]
+
+
+def test_several_robots_in_one_world_are_guided_unless_they_are_not_to_be() -> None:
+    plain, targets = -np.array(OUT_OF_PLACE), first_targets()
+    np.testing.assert_array_equal(targets, first_targets(guided=True))
+    assert np.linalg.norm(targets - plain, axis=1).max() > 1.0
+    np.testing.assert_array_equal(first_targets(guided=False), plain)
+    np.testing.assert_array_equal(first_targets(worlds=[0, 1]), plain)
+
+
+def test_without_targets_or_a_plane_a_fleet_is_plain_by_default() -> None:
+    """To the bit, as with `guided=False`; a fleet goes on guided where it has targets again."""
+    starts, rest, wanted = np.array(OUT_OF_PLACE), np.zeros((2, 2)), -0.2 * np.array(OUT_OF_PLACE)
+    routes = [PathGoal([start, (0.0, 5.0), -start], 1.0, 0.3) for start in starts]
+    for given in ({"desired_velocities": wanted}, {"paths": routes}):
+        fleets = [
+            Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 2.0), robots=2, obstacles=[BEHIND], **settings)
+            for settings in ({}, {"guided": False})
+        ]
+        made = [fleet.step(0.0, starts, rest, **given) for fleet in fleets]
+        np.testing.assert_array_equal(made[0].accelerations, made[1].accelerations)
+        fleets[0].step(0.1, starts, rest, -starts)
+        np.testing.assert_array_equal(fleets[0].table.each["target"][:, :2], first_targets())
+    in_space = np.array([(-4.0, 0.0, 0.0), (4.0, 0.1, 0.0)])
+    made = [
+        Fleet(METHODS["nao"], disc_or_ball(0.3, 3), Limits(1.5, 2.0), robots=2, **settings).step(
+            0.0, in_space, 0.0 * in_space, -in_space
+        )
+        for settings in ({}, {"guided": False})
+    ]
+    np.testing.assert_array_equal(made[0].accelerations, made[1].accelerations)

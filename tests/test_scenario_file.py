@@ -40,6 +40,7 @@ replan: 0.2
 horizon: 4.0
 margin: 0.1
 patience: 0.3
+guided: false
 sight_range: 9
 field_of_view: 4
 sight_near: 1
@@ -132,6 +133,7 @@ def test_everything_is_read(tmp_path: Path) -> None:
         "horizon": 4.0,
         "margin": 0.1,
         "patience": 0.3,
+        "guided": 0.0,
         "sight_range": 9.0,
         "field_of_view": 4.0,
         "sight_near": 1.0,
@@ -295,7 +297,7 @@ IN_ROBOT = (
     "acceleration_bounds, bounds, objective, position, goal"
 )
 AT_TOP = (
-    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, "
+    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, guided, holds, "
     "sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
 )
 IN_RECORDING = (
@@ -703,6 +705,7 @@ def test_a_start_inside_an_obstacle_is_run(tmp_path: Path) -> None:
         ("recording: @tracks.csv", f"recording: expected a mapping with the keys {IN_RECORDING}; found 'tracks.csv'"),
         ("holds: [1, @-1]", "holds.1: expected a number above 0, found -1"),
         ("patience: @-0.1", "patience: expected 0 or more, found -0.1"),
+        ("guided: @0", "guided: expected true or false, found 0"),
         ("@Margin: 1", f"Margin: expected one of {AT_TOP}; found 'Margin'; did you mean 'margin'?"),
         ("@xyz: 1", f"xyz: expected one of {AT_TOP}; found 'xyz'"),
     ],
@@ -943,3 +946,15 @@ def test_yaml_1_2(tmp_path: Path) -> None:
     """`no` is text, 010 is ten, 1e1 is a number."""
     scenario = read_scenario(write(tmp_path, ROBOT + "name: no\nduration: 1e1\nhorizon: 010\n"))
     assert (scenario.name, scenario.duration, scenario.horizon) == ("no", 10.0, 10.0)
+
+
+@pytest.mark.parametrize(("line", "guided"), [("", 1.0), ("guided: true\n", 1.0), ("guided: false\n", 0.0)])
+def test_guidance_is_a_key_of_files(line: str, guided: float, tmp_path: Path) -> None:
+    """It is written where it differs from the default; settings of the command line and of studies replace it."""
+    file = write(tmp_path, line + ROBOT)
+    scenario = read_scenario(file)
+    assert scenario.guided == guided
+    assert ("guided: false" in scenario_text(scenario)) == (guided == 0.0)
+    assert read_scenario(write(tmp_path, scenario_text(scenario), "again.yaml")).guided == guided
+    for value in (0.0, 1.0):
+        assert load(str(file), {"guided": value}).guided == value

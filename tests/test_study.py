@@ -53,6 +53,7 @@ def test_the_table_is_that_of_the_single_runs() -> None:
         assert row["runs_with_collision"] == sum(metrics.collisions(run) > 0 for run in runs)
         assert row["runs_all_arrived"] == len(done)
         assert row["adjustments"] == np.mean([metrics.adjustments(run) for run in runs])
+        assert row["jerk"] == np.mean([metrics.mean_jerk(run) for run in runs])
         assert row["time"] == (np.mean([metrics.time(run) for run in done]) if done else None)
         assert row["runs_successful"] == sum(metrics.success(run) for run in runs)
         assert row["efficacy"] == pytest.approx(np.mean([metrics.efficacy(run) for run in runs]), abs=5e-4)
@@ -207,7 +208,7 @@ def test_a_method_that_cannot_run_a_scenario_is_a_row_that_says_so() -> None:
     assert (failure["seeds"], failure["killed"]) == ([0, 1], False)
     counts = ("runs", "distinct_runs", "runs_with_collision", "runs_all_arrived", "runs_successful")
     assert {row[name] for name in counts} == {0}
-    assert {value for name, value in row.items() if name not in (*counts, "outcomes")} == {None}
+    assert {value for name, value in row.items() if name not in (*counts, "outcomes", "guided")} == {None}
     assert space["methods"]["avo"]["runs"] == plane["methods"]["orca"]["runs"] == 2
     assert plane["methods"]["orca"]["failures"] == []
     assert json.loads(json.dumps(space, allow_nan=False)) == space
@@ -527,3 +528,24 @@ def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:
         expected += [[f"| {called} {settings}".rstrip(), method] for method in row.methods]
     assert cells == expected
     assert "`slalom compare benchmarks/fleets.yaml " in page
+
+
+def test_a_row_names_methods_with_their_own_parameters(tmp_path: Path) -> None:
+    """Parameters belong to the names of peers, settings of slalom's methods to rows."""
+    installed("orca")
+    file = tmp_path / "study.yaml"
+    file.write_text(
+        "seeds: 1\nscenarios:\n"
+        "- {scenario: circle, settings: {robots: 2, radius: 3}, methods: [orca, 'orca:horizon=1:neighbours=1']}\n"
+        "- {scenario: circle, settings: {robots: 2, radius: 3, horizon: 3, guided: 0}, methods: [vo]}\n"
+    )
+    first, second = compare_all(read_study(file).rows)
+    assert list(first["methods"]) == ["orca", "orca:horizon=1:neighbours=1"]
+    plain, other = first["methods"].values()
+    assert plain["time"] != other["time"]
+    assert second["settings"] == {"robots": 2, "radius": 3, "horizon": 3, "guided": 0}
+    keys = {case.key for case in cases_of(read_study(file).rows[0])}
+    assert len(keys) == 2
+    file.write_text("seeds: 1\nscenarios: [{scenario: circle, methods: ['orca:speed=1']}]\n")
+    with pytest.raises(InvalidFile, match=r"scenarios\.0\.methods\.0: .*expected one of neighbours, horizon"):
+        read_study(file)

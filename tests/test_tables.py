@@ -150,7 +150,8 @@ def test_two_runs_of_a_row_of_a_study_give_the_same_again(study: tables.StudyPag
     known = {(run["scenario"], run["method"], run["seed"]): run for run in tables.kept(study)}
     seeds = sorted({2 * commit_number() % row.seeds, (2 * commit_number() + 1) % row.seeds})
     expected = [known[tables.scenario_text(row), method, str(seed)] for seed in seeds]
-    assert tables.again(row, method, seeds, study.fields) == expected
+    # A file that was kept before a column was added does not have it.
+    assert tables.again(row, method, seeds, tuple(expected[0])) == expected
 
 
 def test_deterministic_rows_of_a_study_have_no_intervals() -> None:
@@ -164,12 +165,12 @@ def test_deterministic_rows_of_a_study_have_no_intervals() -> None:
 def test_the_line_of_a_run_holds_what_the_page_needs() -> None:
     """Several numbers in one cell; of robots that did not arrive there are none."""
     result = {"robots": 3, "arrived": 2, "collisions": 0, "time": 9.5, "adjustments": 4, "min_clearance": -0.0}
-    result |= {"foresight": "observed", "efficacy": 0.5, "extra_times": [0.25, None, 1.0]}
+    result |= {"foresight": "observed", "efficacy": 0.5, "extra_times": [0.25, None, 1.0], "jerk": 2.5}
     line = tables.line("ring", "nao", 7, result, tables.STUDY_FIELDS)
     assert tuple(line) == tables.STUDY_FIELDS
     assert list(line.values()) == [
         *("ring", "nao", "7", "3", "2", "0", "9.500000", "4", "-0.000000"),
-        *("observed", "0.500000", "0.2500 1.0000"),
+        *("observed", "0.500000", "0.2500 1.0000", "2.500000"),
     ]
 
 

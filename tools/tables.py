@@ -27,7 +27,7 @@ from slalom.cli.report import page_text
 from slalom.peers import contender
 from slalom.sim import Row, compare_all
 from slalom.sim.sweep.aggregate import aggregate
-from slalom.sim.sweep.case import is_deterministic, run_one, versions
+from slalom.sim.sweep.case import is_deterministic, is_guided, run_one, versions
 from slalom.sim.sweep.case_file import is_cases
 from slalom.sim.sweep.store import Store
 from slalom.sim.sweep.study import cases_of
@@ -36,7 +36,7 @@ from slalom.sim.sweep.study_yaml import Study, read_study
 ROOT = Path(__file__).parents[1]
 FIELDS = ("scenario", "method", "seed", "robots", "arrived", "collisions", "time", "adjustments", "min_clearance")
 """Columns of a file of runs. time [s] and min_clearance [m] have DIGITS decimals; empty: none."""
-STUDY_FIELDS = (*FIELDS, "foresight", "efficacy", "extra_times")
+STUDY_FIELDS = (*FIELDS, "foresight", "efficacy", "extra_times", "jerk")
 """Columns of the runs of a study. extra_times [s]: of the robots that arrived, with EXTRA_DIGITS decimals."""
 DIGITS = 6
 """Decimals of kept times and clearances: fewer than floats have, so that a last bit is not a difference."""
@@ -117,7 +117,11 @@ class StudyPage:
         for row in rows:
             kept_methods = [method for method in row.methods if (scenario_text(row), method) in found]
             same = bool(kept_methods) and is_deterministic(row.name, row.settings)
-            aggregates = {m: aggregate([_result(r) for r in found[scenario_text(row), m]], same) for m in kept_methods}
+            aggregates = {
+                method: aggregate([_result(run) for run in found[scenario_text(row), method]], same)
+                | {"guided": is_guided(row.name, row.settings, method)}
+                for method in kept_methods
+            }
             name = Path(row.name).name if is_cases(row.name) else row.name
             about = {"scenario": name, "seeds": row.seeds, "settings": dict(row.settings), "deterministic": same}
             tables.append({**about, "methods": aggregates})
@@ -285,6 +289,7 @@ def _result(run: Run) -> dict[str, Any]:
         "efficacy": float(run.get("efficacy") or 0.0),
         "extra_times": [float(text) for text in run.get("extra_times", "").split()],
         "foresight": run.get("foresight"),
+        "jerk": float(run["jerk"]) if run.get("jerk") else None,
     }
     return {**counts, **numbers, **more, "statuses": {}}
 

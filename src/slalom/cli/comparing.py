@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import Group, Parameter
 
+from slalom.cli.comparison_csv import csv_text
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -20,6 +21,7 @@ from slalom.cli.console import (
     print_message,
     print_result,
     progress,
+    refuse_source,
     resolved,
     writable,
     writing,
@@ -84,6 +86,7 @@ def compare(
     work: Work | None = None,
     data: Path | None = None,
     page: Path | None = None,
+    csv: Path | None = None,
     force: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -101,6 +104,7 @@ def compare(
         NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
     methods
         Names from `slalom list methods`, separated by commas; by default those of the study, or vo,nlvo,avo,ao,nao.
+        Methods of other authors take parameters, as in orca:horizon=5:neighbours=10.
     seeds
         Number of seeds per scenario; by default as in the study, or 100.
     metrics
@@ -112,6 +116,8 @@ def compare(
         and listed.
     page
         Write the table with confidence intervals, the command and the versions to this Markdown file.
+    csv
+        Write the table with confidence intervals to this CSV file, one row for each scenario and method.
     force
         Replace a page that exists.
     json
@@ -121,15 +127,10 @@ def compare(
     from slalom.sim.sweep.study_yaml import is_study, named
 
     chosen, measured, changed = _listed(methods), _listed(metrics), parse_settings(settings)
-    files = [resolved(name) for name in scenarios]
-    for file in files:
-        refuse_run(file)
+    files = _sources(scenarios)
     study = named(files, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
     options = (work or Work()).settings()
-    if options["shard"] is not None and page is not None:
-        raise InvalidInput(f"--page: expected without --shard, which has a part of the runs; found {str(page)!r}")
-    new_markdown(page, force)
-    writable(page)
+    _prepare(page, csv, force, files, part=options["shard"] is not None)
     _print_notes(study)
     with progress("comparing") as advance:
         tables = compare_all(
@@ -138,9 +139,37 @@ def compare(
     if page is not None:
         _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, measured, only, data, page))
     single, rows = len(scenarios) == 1 and not is_study(files[0]), flat(tables)
+    if csv is not None:
+        _write(csv, csv_text(rows))
     result = tables[0] if single else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
     return _exit_code(rows)
+
+
+def _sources(names: Sequence[str]) -> list[str]:
+    """Return the names and paths of scenarios. Raises InvalidInput for a run."""
+    files = [resolved(name) for name in names]
+    for file in files:
+        refuse_run(file)
+    return files
+
+
+def _prepare(page: Path | None, csv: Path | None, force: bool, sources: Sequence[str], *, part: bool) -> None:
+    """Make the folders of the files to write.
+
+    Raises:
+        InvalidInput: a file that would hold a part of the runs only; a page that exists, without `force`; another
+            suffix than .md or .csv; a CSV file that is one of the sources.
+    """
+    for option, path in (("--page", page), ("--csv", csv)):
+        if part and path is not None:
+            raise InvalidInput(f"{option}: expected without --shard, which has a part of the runs; found {str(path)!r}")
+    new_markdown(page, force)
+    if csv is not None and csv.suffix != ".csv":
+        raise InvalidInput(f"--csv: expected a file that ends in .csv, found {str(csv)!r}")
+    for source in sources:
+        refuse_source(source, csv)
+    writable(page, csv)
 
 
 def _exit_code(rows: Sequence[dict[str, Any]]) -> int:
@@ -175,9 +204,13 @@ def _write_page(page: Path, study: "Study", tables: Sequence[dict[str, Any]], co
 
     made_with = versions(contender(name) for row in study.rows for name in row.methods)
     text = page_text(tables, study.title, study.text, command, made_with, study.missing)
-    with writing(page):
+    _write(page, text)
+
+
+def _write(path: Path, text: str) -> None:
+    with writing(path):
         # A name of a file that the encoding of the system does not have is written as its bytes.
-        page.write_text(text, encoding="utf-8", errors="surrogateescape")
+        path.write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
 def _command(

@@ -34,6 +34,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "horizon": "[s] within which collisions count",
         "margin": "[m] required clearance",
         "patience": "[s] predicted loss of arrival time up to which a safe manoeuvre is kept",
+        "guided": "whether several robots in the plane go around obstacles at rest and past each other; see `Fleet`",
         "holds": "[s] durations for which an acceleration may be held",
         "sight_range": "[m] range of the sensors; 0: not limited",
         "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",

@@ -53,10 +53,16 @@ def _scenarios() -> Rows:
 
 
 def _methods() -> Rows:
-    from slalom.peers import CONTENDERS
+    from slalom.peers import CONTENDERS, Peer
 
     return {
-        name: {"sentence": m.sentence, "source": m.source, "foresight": m.foresight} for name, m in CONTENDERS.items()
+        name: {
+            "sentence": m.sentence,
+            "source": m.source,
+            "foresight": m.foresight,
+            **({"parameters": m.parameters} if isinstance(m, Peer) else {}),
+        }
+        for name, m in CONTENDERS.items()
     }
 
 

@@ -39,10 +39,13 @@ COLUMNS: Final = (
     "method",
     "foresight",
     "runs",
+    "guided",
     "with a collision",
     "all arrived",
     "success",
     "last arrival s",
+    "adjustments",
+    "jerk m/s^3",
     "extra time s",
     "efficacy",
     "least clearance m",
@@ -98,6 +101,7 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"  time               {result['time']:.1f} s",
         f"  least clearance    {'none' if clearance is None else f'{formatted(clearance)} m'}",
         f"  adjustments        {result['adjustments']}",
+        f"  jerk               {result['jerk']:.2f} m/s^3{' (mean of the robots)' if len(each) > 1 else ''}",
         f"  path length        {sum(paths) / len(paths):.1f} m{' (mean of the robots)' if len(paths) > 1 else ''}",
         f"  largest speed      {max(max_speed(one) for one in each):.2f} m/s",
         f"  largest accel.     {max(max_acceleration(one) for one in each):.2f} m/s^2",
@@ -121,9 +125,10 @@ def list_text(result: dict[str, Any]) -> str:
             lines.append(f"  {name:22} {entry['sentence']}")
             if "source" in entry:
                 lines.append(f"  {'':22} {entry['source']}; foresight: {entry['foresight']}")
-            elif entry.get("parameters"):
-                parameters = ", ".join(f"{k}={v:g}" for k, v in entry["parameters"].items())
-                lines.append(f"  {'':22} --set {parameters}")
+            if entry.get("parameters"):
+                first, between = (f"{name}:", ":") if "source" in entry else ("--set ", ", ")
+                parameters = between.join(f"{k}={v:g}" for k, v in entry["parameters"].items())
+                lines.append(f"  {'':22} {first}{parameters}")
     return "\n".join(lines)
 
 
@@ -137,19 +142,19 @@ def table_text(result: dict[str, Any]) -> str:
     width = max(8, *(len(name) + 1 for name in result["methods"]))
     lines = [
         f"{_scenario_text(result)}, {_runs_text(result)}",
-        f"{'method':{width}}{'foresight':>10}{'collided':>10}{'arrived':>10}{'time s':>10}{'adjustm.':>10}"
-        f"{'clearance m':>14}",
+        f"{'method':{width}}{'foresight':>10}{'guided':>8}{'collided':>10}{'arrived':>10}{'time s':>10}"
+        f"{'adjustm.':>10}{'jerk m/s^3':>12}{'clearance m':>13}",
     ]
     for name, row in result["methods"].items():
         if row["runs"]:
             collided, arrived = (_count(row, f"runs_{what}") for what in ("with_collision", "all_arrived"))
-            counts = f"{row['foresight']:>10}{collided:>10}{arrived:>10}"
+            counts = f"{row['foresight']:>10}{_yes(row['guided']):>8}{collided:>10}{arrived:>10}"
             lines.append(
                 f"{name:{width}}{counts}{_number(row['time'], 2):>10}{row['adjustments']:>10.1f}"
-                f"{_number(row['min_clearance'], 3):>14}"
+                f"{_number(row['jerk'], 2):>12}{_number(row['min_clearance'], 3):>13}"
             )
         else:
-            lines.append(f"{name:{width}}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>10}{'-':>14}")
+            lines.append(f"{name:{width}}{'-':>10}{_yes(row['guided']):>8}" + 4 * f"{'-':>10}" + f"{'-':>12}{'-':>13}")
     for name, row in result["methods"].items():
         lines += [f"{name}: {reason}" for reason in _failures(row, result["seeds"])]
         lines += [f"{name}: {metric} {_metric(row, metric)}" for metric in row.get("metrics", ())]
@@ -191,7 +196,11 @@ def page_text(
         f"Made by `{command}` with {made_with}.",
         "",
         "A collision is a clearance below -1 mm in continuous time. Success: all robots arrived and none collided. "
-        "Last arrival: mean over the runs in which all robots arrived. Extra time: travel time of arrived robots minus "
+        "Last arrival: mean over the runs in which all robots arrived. Guided: guidance leads the robots of slalom's "
+        "methods around obstacles at rest and past each other; it is off with the setting guided=0. "
+        f"{with_values('Adjustments: changes of the acceleration by more than ADJUSTMENT')} from one step to the next, "
+        "of all robots; mean over the runs. Jerk: mean of |change of the acceleration| / dt over the steps, the robots "
+        "and the runs; the acceleration is constant during a step. Extra time: travel time of arrived robots minus "
         "the time of the straight path at maximum speed; quantiles 50, 75 and 90 %. Efficacy: mean rate of approach to "
         "the goal, as a share of the maximum speed. In parentheses: 95 % confidence intervals, Wilson's for shares and "
         "Student's for means; none where all seeds give the same run. Foresight: knowledge of obstacles and, with "
@@ -208,10 +217,13 @@ def page_text(
                 name,
                 row["foresight"] or "-",
                 "; ".join([_runs_of(table, row), *_failures(row, table["seeds"])]),
+                _yes(row["guided"]),
                 _share(table, row, "runs_with_collision"),
                 _share(table, row, "runs_all_arrived"),
                 _share(table, row, "runs_successful"),
                 _mean(row),
+                _number(row["adjustments"], 1),
+                _number(row["jerk"], 2),
                 ", ".join(_number(x, 2) for x in row["extra_time"] or [None]),
                 _number(row["efficacy"], 2),
                 _number(row["min_clearance"], 3),
@@ -233,6 +245,10 @@ def _scenario_text(result: dict[str, Any]) -> str:
     scenario = str(result["scenario"])
     # The folder differs between machines; the page must not.
     return f"{Path(scenario).name if scenario.endswith(FILES) else scenario} {settings}".rstrip()
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
 
 
 def _number(value: float | None, digits: int) -> str:

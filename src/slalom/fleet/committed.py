@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import Array, duration, flag, not_negative, positive, whole
+from slalom.checks import Array, duration, not_negative, positive, whole
 from slalom.decision import Outcome
 from slalom.decision.approach import Approaches
 from slalom.decision.grown_bodies import Skeletons
@@ -86,7 +86,7 @@ class CommittedFleet:
         threads: int | None = None,
         stuck_after: float = 10.0,
         sight: Sight | None = None,
-        guided: bool = False,
+        guided: bool | None = None,
     ) -> None:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
@@ -115,7 +115,7 @@ class CommittedFleet:
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
         self.images = None if world_period is None else Images(self, world_period)
         self.observers = [] if sight is None else observers_of(self, sight)
-        self.guidance = guidance_of(self) if flag(guided, "guided") else None
+        self.guidance, self._targets_only = guidance_of(self, guided), bool(guided)
 
     def __repr__(self) -> str:
         methods = ", ".join(policy.method.name for policy in self.policies)

@@ -79,8 +79,10 @@ class Fleet(CommittedFleet):
             rest are a known map. None: everything.
         threads: None: one for each core.
         guided: whether each robot heads for a place that guidance chooses on the way to its target. Guided robots go
-            around obstacles at rest, pass on traffic circles, and move aside on request. Guidance has no part in
-            safety: it is for robots that would block each other. In the plane, in one world; for targets only.
+            around obstacles at rest, pass on traffic circles, and move aside on request, also from their targets.
+            Guidance has no part in safety: it is for robots that would block each other. In the plane, in one world;
+            for targets only. None: as in the simulator, where that is possible. Several robots in the plane in one
+            world are guided at each step with targets, and all others are not.
 
     Raises:
         InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions;
@@ -126,7 +128,7 @@ class Fleet(CommittedFleet):
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, a tolerance of 0, not one of targets,
                 desired velocities and paths, a time before that of the last step, headings in space; no targets for a
-                guided fleet; a target or a path to stop at for a robot with the bound LeastSpeed.
+                fleet with `guided=True`; a target or a path to stop at for a robot with the bound LeastSpeed.
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")
@@ -143,7 +145,8 @@ class Fleet(CommittedFleet):
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
         around = [self.obstacles, *fitting(others, self.dimension, now, "others", "fleet")]
         self._head_for(targets, desired_velocities, paths, around, now)
-        if self.guidance is not None:
+        self._guided = self.guidance is not None and targets is not None
+        if self.guidance is not None and self._guided:
             self._guide(self.guidance, now)
         for k in np.flatnonzero(there & ~self._known):
             each["acceleration"][k] = 0.0
@@ -178,7 +181,7 @@ class Fleet(CommittedFleet):
         """Time [s] since each robot last came nearer to its target, or on along its path: (n,)."""
         each, d = self.table.each, self.dimension
         targets, tolerances = each["target"][:, :d].copy(), each["tolerance"]
-        if self.guidance is not None:
+        if self.guidance is not None and self._guided:
             targets, tolerances = self.guidance.guide.goal[:, :d].copy(), self.guidance.guide.goal_tolerance
         left = np.maximum(np.linalg.norm(targets - each["position"][:, :d], axis=1) - tolerances, 0.0)
         for k, path in enumerate(self._paths):
@@ -234,7 +237,7 @@ class Fleet(CommittedFleet):
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
             raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
-        if self.guidance is not None and targets is None:
+        if self._targets_only and targets is None:
             raise InvalidInput(f"targets: expected those of a guided fleet, found {found[0]}")
         self._paths = ()
         each["objective"] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY

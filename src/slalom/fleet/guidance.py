@@ -8,7 +8,7 @@ import shapely
 from shapely.affinity import translate
 
 from slalom import kernels
-from slalom.checks import Array
+from slalom.checks import Array, flag
 from slalom.errors import InvalidInput
 from slalom.fleet.threads import map_in_threads
 from slalom.goal import least_distance
@@ -222,10 +222,17 @@ def _passage(outlines: Outlines, clearance: Array, low: Array, width: float, mos
     return found
 
 
-def guidance_of(fleet: "CommittedFleet") -> Guidance:
-    """The guidance of a fleet. Raises InvalidInput for a fleet in space or in several worlds."""
+def guidance_of(fleet: "CommittedFleet", guided: bool | None) -> Guidance | None:
+    """The guidance of a fleet, None for one that is not `guided`; see `Fleet` for a value of None.
+
+    Raises:
+        InvalidInput: True for a fleet in space or in several worlds.
+    """
     each = fleet.table.each
-    if fleet.dimension != 2 or each["world"].any():
+    possible = fleet.dimension == 2 and not each["world"].any()
+    if not (possible and len(each) > 1 if guided is None else flag(guided, "guided")):
+        return None
+    if not possible:
         where = "space" if fleet.dimension == 3 else "several worlds"
         raise InvalidInput(f"guided: expected False for a fleet in {where}, found True")
     return Guidance(

@@ -33,7 +33,7 @@ class BarrierFilter:
         InvalidInput: a gain not above 0, a margin below 0; daqp is not installed.
     """
 
-    def __init__(self, team: Team, *, margin: float, horizon: float, gain: float = 1.0) -> None:
+    def __init__(self, team: Team, *, margin: float = 0.0, horizon: float, gain: float = 1.0) -> None:
         self._solver = imported("daqp")
         self._team, self._margin = team, not_negative(margin, "margin")
         self._horizon, self._gain = positive(horizon, "horizon"), positive(gain, "gain")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slalom.checks import Array
+from slalom.checks import Array, positive
 from slalom.errors import InvalidInput
 from slalom.peers.crowd import Discs, Team, imported, interaction_distances
 from slalom.peers.surroundings import edges_of
@@ -22,7 +22,8 @@ class Behaviours:
     A robot whose preferred velocity is 0 gets a stop target, because HRVO returns NaN for that velocity.
 
     Raises:
-        InvalidInput: a setting that is not a property of the kind; navground ignores unknown names.
+        InvalidInput: a setting that is not a property of the kind, because navground ignores unknown names; a time
+            horizon that is not above 0.
     """
 
     def __init__(
@@ -39,7 +40,8 @@ class Behaviours:
         unknown = [name for name in settings if name not in known]
         if unknown:
             raise InvalidInput(f"setting of {kind}: expected one of {', '.join(sorted(known))}; found {unknown[0]!r}")
-        self._team, self._time_horizon, self._behaviours = team, time_horizon, []
+        self._team, self._time_horizon, self._behaviours = team, positive(time_horizon, "time_horizon"), []
+        self._speeds = team.max_speeds.copy()
         for radius, speed in zip(team.radii, team.max_speeds):
             behaviour = library.Behavior.make_type(kind)
             behaviour.kinematics = library.kinematics.OmnidirectionalKinematics(float(speed))
@@ -68,6 +70,9 @@ class Behaviours:
         ):
             indices = np.flatnonzero(np.linalg.norm(all_positions - all_positions[k], axis=1) <= distance)
             behaviour.position, behaviour.velocity = positions[k], velocities[k]
+            if self._team.max_speeds[k] != self._speeds[k]:
+                speed = self._speeds[k] = self._team.max_speeds[k]
+                behaviour.kinematics.max_speed = behaviour.optimal_speed = float(speed)
             # The command is not the motion of the robot: set the latter, from which the behaviour continues.
             behaviour.actuated_twist = library.Twist2(velocities[k], 0.0, library.Frame.absolute)
             preferred_velocity = preferred[k]

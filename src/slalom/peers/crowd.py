@@ -14,7 +14,8 @@ class Team(NamedTuple):
 
     Attributes:
         radii: (N,) [m] with which the method plans.
-        max_speeds: (N,) [m/s]. max_accelerations: (N,) [m/s^2].
+        max_speeds: (N,) [m/s], changed in place between decisions where the speed limit of a path changes.
+        max_accelerations: (N,) [m/s^2].
         period: [s] between decisions.
         walls: outlines (k, 2) [m] of static obstacles: two points are a line, three or more a polygon,
             counter-clockwise.

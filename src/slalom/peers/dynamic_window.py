@@ -34,7 +34,7 @@ class DynamicWindow:
         heading: float = 2.0,
         distance: float = 0.2,
         speed: float = 0.2,
-        margin: float,
+        margin: float = 0.0,
         horizon: float,
         grid: int = 15,
     ) -> None:

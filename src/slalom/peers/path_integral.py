@@ -30,7 +30,7 @@ class PathIntegral:
         self,
         team: Team,
         *,
-        margin: float,
+        margin: float = 0.0,
         horizon: float = 4.0,
         samples: int = 256,
         deviation: float = 0.7,

@@ -13,8 +13,10 @@ from slalom.shape import Part
 from slalom.tolerances import MITRE_LIMIT
 
 
-def outlines(obstacles: Iterable[Obstacle], *, walls: bool) -> tuple[Array, ...]:
-    """Outlines (k, 2) [m] of obstacles that are not round, see `Team`; those of rounded parts are slightly larger.
+def outlines(obstacles: Iterable[Obstacle], *, walls: bool, growth: float = 0.0) -> tuple[Array, ...]:
+    """Outlines (k, 2) [m] of obstacles that are not round, see `Team`, grown by `growth` [m].
+
+    Those of rounded parts are slightly larger.
 
     Raises:
         InvalidInput: an obstacle that is not round and moves or, without `walls`, any that is not round; or several
@@ -30,15 +32,18 @@ def outlines(obstacles: Iterable[Obstacle], *, walls: bool) -> tuple[Array, ...]
             raise InvalidInput(
                 f"obstacle {obstacle.name!r}: expected a shape that this method can avoid ({expected}), found {kind}"
             )
-        found += [_outline(part) @ _rotation(obstacle) + obstacle.trajectory.position(0.0) for part in polygonal]
+        found += [
+            _outline(part, growth) @ _rotation(obstacle) + obstacle.trajectory.position(0.0) for part in polygonal
+        ]
     return tuple(found)
 
 
-def _outline(part: Part) -> Array:
-    if part.radius == 0.0:
+def _outline(part: Part, growth: float) -> Array:
+    radius = part.radius + growth
+    if radius == 0.0:
         return part.corners
     plain = shapely.LineString(part.corners) if len(part.corners) == 2 else shapely.Polygon(part.corners)
-    grown = shapely.buffer(plain, part.radius, cap_style="square", join_style="mitre", mitre_limit=MITRE_LIMIT)
+    grown = shapely.buffer(plain, radius, cap_style="square", join_style="mitre", mitre_limit=MITRE_LIMIT)
     return np.asarray(shapely.get_coordinates(shapely.orient_polygons(grown))[:-1])
 
 
@@ -48,8 +53,8 @@ def _rotation(obstacle: Obstacle) -> Array:
     return np.array([[x, y], [-y, x]])
 
 
-def discs(obstacles: Iterable[Obstacle], now: float) -> Discs:
-    """Round parts of the obstacles that exist at time `now` [s], grown by their present uncertainty."""
+def discs(obstacles: Iterable[Obstacle], now: float, growth: float = 0.0) -> Discs:
+    """Round parts of the obstacles that exist at `now` [s], grown by their present uncertainty and `growth` [m]."""
     positions, velocities, radii = [], [], []
     for obstacle in obstacles:
         round_parts = [part for part in obstacle.shape.parts if len(part.corners) == 1]
@@ -60,5 +65,5 @@ def discs(obstacles: Iterable[Obstacle], now: float) -> Discs:
             offset = part.corners[0] @ _rotation(obstacle) if np.any(part.corners) else 0.0
             positions.append(obstacle.trajectory.position(now) + offset)
             velocities.append(obstacle.trajectory.velocity(now))
-            radii.append(part.radius + uncertainty)
+            radii.append(part.radius + uncertainty + growth)
     return Discs(np.reshape(positions, (-1, 2)), np.reshape(velocities, (-1, 2)), np.array(radii, dtype=np.float64))

@@ -3,8 +3,11 @@
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, Final, cast
+
+import numpy as np
+import numpy.typing as npt
 
 from slalom.checks import known, shown, text
 from slalom.errors import InvalidInput
@@ -13,6 +16,7 @@ from slalom.peers.barrier import BarrierFilter
 from slalom.peers.behaviours import Behaviours
 from slalom.peers.crowd import Crowd, Team, imported
 from slalom.peers.dynamic_window import DynamicWindow
+from slalom.peers.parameters import parameters_of, parsed, with_parameters
 from slalom.peers.path_integral import PathIntegral
 from slalom.peers.rvo2 import Rvo2
 
@@ -29,7 +33,7 @@ class Peer:
         package: the package that it needs, of the extra `peers`; slalom: none.
         limited: the simulator applies the robot's acceleration limit; otherwise velocities change at once, as the
             method assumes.
-        inflation: fraction by which the method plans with larger radii.
+        inflation: fraction by which the method plans with larger radii, besides the margin.
         walls: whether the method accepts obstacles other than discs.
     """
 
@@ -43,6 +47,20 @@ class Peer:
     walls: bool = True
 
     @property
+    def parameters(self) -> dict[str, float]:
+        """Numbers with which the method is made, by name: those of NAME:PARAMETER=VALUE."""
+        return parameters_of(self.crowd)
+
+    def with_parameters(self, values: Mapping[str, float]) -> "Peer":
+        """The method with other parameters, which its name then states: NAME:PARAMETER=VALUE.
+
+        Raises:
+            InvalidInput: a parameter that it does not have, a value below 0.
+        """
+        name = ":".join([self.name, *(f"{key}={value:.12g}" for key, value in values.items())])
+        return replace(self, name=name, crowd=with_parameters(self.crowd, values, self.name))
+
+    @property
     def foresight(self) -> str:
         """Level of foresight: present positions and velocities of obstacles."""
         return "observed"
@@ -52,13 +70,14 @@ class Peer:
         """Level of foresight of other robots."""
         return "observed"
 
-    def begin(self, team: Team) -> Crowd:
-        """Crowd of the robots of a team.
+    def begin(self, team: Team, margins: npt.ArrayLike = 0.0) -> Crowd:
+        """Crowd of the robots of a team with their true radii; half of the margins (N,) [m] is added to these.
 
         Raises:
             InvalidInput: the package is not installed.
         """
-        return self.crowd(team._replace(radii=(1.0 + self.inflation) * team.radii))
+        radii = (1.0 + self.inflation) * team.radii + 0.5 * np.asarray(margins, dtype=np.float64)
+        return self.crowd(team._replace(radii=radii))
 
 
 ORCA, HRVO, HL, FORCE, WINDOW, PATH_INTEGRAL, BARRIER = (
@@ -74,18 +93,13 @@ MAX_NEIGHBOURS: Final = 30
 """[1] Neighbours that ORCA and HRVO consider."""
 TIME_HORIZON: Final = 10.0
 """[s] Time horizon of ORCA, and of the neighbours of the others."""
-MARGIN: Final = 0.1
-"""[m] Margin of HRVO and the human-like behaviour. With their default 0, robots touch each other.
-
-Also that of the planners, whose predictions are tested at samples.
-"""
 PLANNED: Final = 4.0
 """[s] Horizon of the planners, which slalom implements."""
 
 _ROWS: Final = (
     Peer(
         "orca",
-        partial(Rvo2, neighbours=MAX_NEIGHBOURS, horizon=TIME_HORIZON),
+        partial(Rvo2, neighbours=MAX_NEIGHBOURS, horizon=TIME_HORIZON, wall_horizon=TIME_HORIZON),
         "ORCA (RVO2 in pyrvo): velocities that share the avoidance",
         ORCA,
         "pyrvo",
@@ -112,24 +126,33 @@ _ROWS: Final = (
             Behaviours,
             kind="HRVO",
             time_horizon=TIME_HORIZON,
-            margin=MARGIN,
             settings={"max_neighbors": MAX_NEIGHBOURS},
         ),
-        "Hybrid reciprocal velocity obstacle (navground), margin 0.1 m; walls are ignored",
+        "Hybrid reciprocal velocity obstacle (navground); walls are ignored",
         HRVO,
         "navground",
         walls=False,
     ),
     Peer(
         "hl",
-        partial(Behaviours, kind="HL", time_horizon=TIME_HORIZON, margin=MARGIN),
-        "Human-like (navground), margin 0.1 m: the heading that leads nearest to the goal",
+        partial(
+            Behaviours,
+            kind="HL",
+            time_horizon=TIME_HORIZON,
+            settings={"tau": 0.125, "eta": 0.5, "aperture": 3.1415927410125732, "resolution": 101},
+        ),
+        "Human-like (navground): the heading that leads nearest to the goal",
         HL,
         "navground",
     ),
     Peer(
         "social_force",
-        partial(Behaviours, kind="SocialForce", time_horizon=TIME_HORIZON),
+        partial(
+            Behaviours,
+            kind="SocialForce",
+            time_horizon=TIME_HORIZON,
+            settings={"tau": 0.5, "v_a": 2.1, "v_r": 0.3, "u_a": 10.0, "u_r": 0.2},
+        ),
         "Social force (navground): attraction to the goal, repulsion from others as points",
         FORCE,
         "navground",
@@ -139,24 +162,24 @@ _ROWS: Final = (
 _PLANNERS: Final = (
     Peer(
         "dwa",
-        partial(DynamicWindow, margin=MARGIN, horizon=PLANNED),
-        "Dynamic window approach, margin 0.1 m: the best velocity that one period reaches.",
+        partial(DynamicWindow, horizon=PLANNED),
+        "Dynamic window approach: the best velocity that one period reaches.",
         WINDOW,
         "slalom",
         limited=True,
     ),
     Peer(
         "mppi",
-        partial(PathIntegral, margin=MARGIN, horizon=PLANNED),
-        "Model predictive path integral control, margin 0.1 m: 256 sequences of accelerations.",
+        partial(PathIntegral, horizon=PLANNED),
+        "Model predictive path integral control: 256 sequences of accelerations.",
         PATH_INTEGRAL,
         "slalom",
         limited=True,
     ),
     Peer(
         "cbf",
-        partial(BarrierFilter, margin=MARGIN, horizon=TIME_HORIZON),
-        "Control barrier functions (quadratic program in daqp), margin 0.1 m: filter of the preferred acceleration.",
+        partial(BarrierFilter, horizon=TIME_HORIZON),
+        "Control barrier functions (quadratic program in daqp): filter of the preferred acceleration.",
         BARRIER,
         "daqp",
         limited=True,
@@ -185,7 +208,8 @@ CONTENDERS: Final[Mapping[str, Method | Peer]] = ChainMap(cast(Any, PEERS), cast
 def method(name: str) -> Any:
     """Method or peer by any name of `slalom list methods`, or NAME@FORESIGHT, as in nao@observed.
 
-    The result is a `Method`, or a `Peer` for methods that are not slalom's, which only the simulator runs.
+    The result is a `Method`, or a `Peer` for methods that are not slalom's, which only the simulator runs. A peer takes
+    parameters as in orca:horizon=5:neighbours=10.
 
     Raises:
         InvalidInput: an unknown method or foresight; the message lists the known ones.
@@ -210,15 +234,27 @@ def contender(given: str | Method | Peer) -> Method | Peer:
 
 
 def contender_named(name: str) -> Method | Peer:
-    """Method or peer by name, installed or not; for methods also NAME@FORESIGHT, see `methods.method`.
+    """Method or peer by name, installed or not.
+
+    For methods also NAME@FORESIGHT, see `methods.method`; for peers NAME:PARAMETER=VALUE:..., see `Peer.parameters`.
 
     Raises:
-        InvalidInput: an unknown name, with all known ones; or a peer with a foresight.
+        InvalidInput: an unknown name, with all known ones; a peer with a foresight, a method of slalom with parameters;
+            an unknown parameter or a value out of range.
     """
     plain, at, foresight = name.partition("@")
+    plain, colon, parameters = plain.partition(":")
     chosen = CONTENDERS[known(plain, "method", list(CONTENDERS))]
     if isinstance(chosen, Method):
+        if colon:
+            raise InvalidInput(f"method: expected {plain} alone, whose settings are of the scenario; found {name!r}")
         return chosen.with_foresight(foresight) if at else chosen
     if at:
         raise InvalidInput(f"method: expected {plain} alone, which observes the present only; found {name!r}")
-    return chosen
+    return _changed(plain, parameters) if colon else chosen
+
+
+@cache
+def _changed(name: str, parameters: str) -> Peer:
+    """The peer with parameters as text. The same object every time, because crowds do not compare."""
+    return PEERS[name].with_parameters(parsed(parameters, name))

@@ -160,12 +160,11 @@ class Scenario:
         number(self.start, "start")
         for name in ("duration", "dt", "horizon"):
             positive(getattr(self, name), name)
-        for name in ("margin", "patience", "guided"):
+        for name in ("margin", "patience", "replan", "guided"):
             not_negative(getattr(self, name), name)
         checked_holds(self.holds)
         for name, mistake in unfit_times(self.duration, self.dt, self.replan, self.horizon, self.holds):
             raise InvalidInput(f"{name}: {mistake}")
-        not_negative(self.replan, "replan")
         whole_periods(self.replan, self.dt)
         if self.guided not in (0.0, 1.0):
             raise InvalidInput(f"guided: expected 0 or 1, found {self.guided:g}")

@@ -104,4 +104,5 @@ def _fleet(members: list[Agent], motions: list[Motion], dt: float) -> Fleet:
         margin=[max(float(m.safety_margin) - 2.0 * motion.growth, 0.0) for m, motion in zip(members, motions)],
         world_period=tuple(np.where(period > 0.0, period, np.inf).tolist()) if np.any(period) else None,
         holds=HOLDS,
+        guided=False,
     )

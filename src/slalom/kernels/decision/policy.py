@@ -175,7 +175,7 @@ def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: 
     copy_into(robot.position[:], state[0])
     copy_into(robot.velocity[:], state[1])
     copy_into(robot.acceleration[:], state[2])
-    return float(until + then - now) if now < np.inf else 0.0
+    return float(until + then - now) if now < np.inf else np.inf
 
 
 @inlined

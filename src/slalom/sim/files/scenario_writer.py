@@ -22,7 +22,7 @@ from slalom.sim.scenario import Robot, Scenario
 from slalom.trajectory import TRAJECTORIES, Stationary
 from slalom.uncertainty import UNCERTAINTIES
 
-NOT_IN_FILES = ("guided", "message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
+NOT_IN_FILES = ("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
 """Settings that scenario files cannot hold."""
 
 
@@ -50,6 +50,7 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     content |= {name: float(getattr(scenario, name)) for name in ("start", "duration", "dt", "horizon", "margin")}
     content |= {name: float(getattr(scenario, name)) for name in ("replan", "patience")}
     content |= {name: float(getattr(scenario, name)) for name in SIGHT if getattr(scenario, name)}
+    content |= {} if scenario.guided else {"guided": False}
     content["holds"] = [float(hold) for hold in scenario.holds]
     if scenario.period is not None:
         content["period"] = [float(x) for x in scenario.period]

@@ -81,6 +81,7 @@ class _Parts(Mistakes):
         self.periods(content)
         spec = _valid(ScenarioSpec, content)
         settings = spec.model_dump(include=set(SETTINGS)) if spec else {}
+        settings |= {"guided": float(spec.guided)} if spec else {}
         if spec and recording and found:
             settings |= self.while_recorded(spec, recording, found)
             settings["notes"] = found.notes

@@ -27,6 +27,7 @@ class ScenarioSpec(Model):
     horizon: Positive = 6.0
     margin: NotNegative = 0.05
     patience: NotNegative = 0.01
+    guided: bool = True
     holds: list[Positive] = Field(default_factory=lambda: list(HOLDS), min_length=1)
     sight_range: NotNegative = 0.0
     field_of_view: NotNegative = 0.0

@@ -128,7 +128,10 @@ Those of one robot take a parameter `robot`, the others are of all robots."""
 
 
 def summary(recording: Recording) -> dict[str, Any]:
-    """Return the result that the command line prints, ready for JSON: infinite numbers become None."""
+    """Return the result that the command line prints, ready for JSON: infinite numbers become None.
+
+    Adjustments are the sum of all robots, efficacy and jerk [m/s^3] their mean (see `mean_jerk`).
+    """
     decision_times_us = recording.decision_times[recording.decision_times > 0.0] * 1e6
     quantiles = np.quantile(decision_times_us, [0.5, 0.99, 1.0]) if decision_times_us.size else np.zeros(3)
     alone = [recording.only(k) for k in range(len(recording.shapes))]
@@ -145,6 +148,7 @@ def summary(recording: Recording) -> dict[str, Any]:
         "time": time(recording),
         "efficacy": round(float(np.mean([efficacy(one) for one in alone])), 3),
         "adjustments": int(sum(adjustments(one) for one in alone)),
+        "jerk": float(np.mean([mean_jerk(one) for one in alone])),
         "decision_us": dict(zip(("p50", "p99", "max"), (round(float(q), 1) for q in quantiles))),
         "statuses": dict(sorted(Counter(name for row in recording.outcomes for name in row if name).items())),
     }

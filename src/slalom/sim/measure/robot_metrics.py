@@ -132,7 +132,11 @@ def max_jerk(recording: Recording, robot: Which = None) -> float:
 
 
 def mean_jerk(recording: Recording, robot: Which = None) -> float:
-    """Mean change of the acceleration from one step to the next, over dt [m/s^3]."""
+    """Mean change of the acceleration from one step to the next, over dt [m/s^3].
+
+    The acceleration is constant during each of the T steps, so its jerk consists of impulses between them. The mean is
+    the sum of |a_(i+1) - a_i| over (T - 1) dt: for the same changes it does not depend on dt, unlike a mean square.
+    """
     run = recording.only(robot)
     jerks = _jerks(run)
     return float(jerks.mean()) if jerks.size else 0.0

@@ -54,6 +54,7 @@ class FleetDecider:
             observation_noise=scenario.sight_noise,
             sight=scenario.sight,
             threads=threads,
+            guided=False,  # `guidance` has the targets
         )
         methods = [policy.method for policy in fleet.policies]
         self.messages = next(filter(None, (messages_of(scenario, each, seed) for each in methods)), None)

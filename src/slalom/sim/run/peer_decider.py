@@ -1,13 +1,19 @@
 """Robots that another project's method moves."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 
 from slalom.checks import Array
 from slalom.errors import InvalidInput
+from slalom.forecast import AtConstantVelocity
 from slalom.kernels.arrays import Flags
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.window import ObstacleWindow
+from slalom.path_goal import PathGoal
 from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.shape import Disc
 from slalom.sim.limited_sight import SIGHT
@@ -15,15 +21,20 @@ from slalom.sim.measure.recording import CHOSEN, UNANSWERED
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.robot_states import RobotStates
 from slalom.sim.scenario import Robot, Scenario
+from slalom.tolerances import PATH_BRAKING
 
 
 class PeerDecider:
     """All robots of a run with a peer, without guidance.
 
-    A robot prefers its goal's `desired_velocity`. It reaches the velocity that the peer chose by a constant
-    acceleration over the step. A `limited` peer uses at most the maximum acceleration of the robot, so it may need more
-    than one step. Of obstacles the peer observes position and velocity. The settings of navigators (horizon, margin,
-    patience, holds) do not concern it.
+    A robot prefers its goal's `desired_velocity`. On a path the goal is the target of `PathGoal.step`, with its speed
+    limit, as in slalom's fleets. It reaches the velocity that the peer chose by a constant acceleration over the step.
+    A `limited` peer uses at most the maximum acceleration of the robot, so it may need more than one step. Of obstacles
+    the peer observes position and velocity. The horizon, patience and holds of navigators do not concern it.
+
+    The margin reaches every peer as a larger radius for its planning: half of its own margin for each robot, and half
+    of the largest margin for each obstacle. Two robots thus keep the mean of their margins, and a robot keeps its
+    margin from obstacles, or more where others have a larger one. Collisions and metrics have the true radii.
 
     Controls are the chosen velocities [m/s]; the decision time of a robot is its share of the time for all. Without
     an answer of the peer a robot keeps its velocity, and the outcome is UNANSWERED.
@@ -38,7 +49,15 @@ class PeerDecider:
         _refuse(scenario, peer)
         self.scenario, self.peer = scenario, peer
         self.states = states = RobotStates(scenario, arrivals_are_final=True)
-        self._walls = outlines(scenario.obstacles, walls=peer.walls)
+        self._margins = np.array([scenario.margin_of(k) for k in range(len(scenario.robots))])
+        self._growth = 0.5 * float(self._margins.max())
+        self._walls = outlines(scenario.obstacles, walls=peer.walls, growth=self._growth)
+        self._period = scenario.dt * scenario.steps_per_decision
+        self._paths = {k: robot.goal for k, robot in enumerate(scenario.robots) if isinstance(robot.goal, PathGoal)}
+        self._progress: list[float | None] = [None] * len(scenario.robots)
+        self._goals = [robot.goal for robot in scenario.robots]
+        self._limits = [robot.limits for robot in scenario.robots]
+        self._table = ObstacleTable(scenario.obstacles if self._paths else ())
         self._chosen, self._answered = states.velocity[:, :2].copy(), np.ones(len(states.arrived), np.bool_)
         self._crowd = self._begin(states.present)
         self._members = states.present.copy()
@@ -48,14 +67,30 @@ class PeerDecider:
         radii = np.array([robot.shape.bounding_radius for robot in robots])
         speeds = np.array([robot.limits.max_speed for robot in robots])
         accelerations = np.array([robot.limits.max_acceleration for robot in robots])
-        period = self.scenario.dt * self.scenario.steps_per_decision
-        return self.peer.begin(Team(radii, speeds, accelerations, period, self._walls))
+        self._speeds = speeds
+        return self.peer.begin(Team(radii, speeds, accelerations, self._period, self._walls), self._margins[members])
 
     def sense(self, now: float) -> None:
         pass
 
     def guide(self, now: float) -> None:
-        pass
+        """Set the targets and speed limits of the robots that follow paths."""
+        if not self._paths:
+            return
+        window = ObstacleWindow.predicted(self._table, AtConstantVelocity(), now, self.scenario.horizon)
+        for k in [k for k in self._paths if self.states.present[k]]:
+            robot, path = self.scenario.robots[k], self._paths[k]
+            step = path.step(
+                self.states.state(k).position,
+                self._progress[k],
+                robot.limits.max_speed,
+                PATH_BRAKING * robot.limits.braking,
+                self._period,
+                robot.shape.bounding_radius,
+                partial(window.covered, robot=robot.shape, margin=self.scenario.margin_of(k)),
+            )
+            self._progress[k], self._goals[k] = step.progress, step.goal
+            self._limits[k] = replace(robot.limits, max_speed=step.max_speed)
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
         before, states = perf_counter(), self.states
@@ -63,16 +98,20 @@ class PeerDecider:
             self._members = states.present.copy()
             self._crowd = self._begin(self._members)
         here = np.flatnonzero(self._members).tolist()
-        robots, each = [self.scenario.robots[k] for k in here], [states.state(k) for k in here]
+        limits, each = [self._limits[k] for k in here], [states.state(k) for k in here]
         preferred = np.array(
-            [r.goal.desired_velocity(s.position, s.velocity, now, r.limits) for r, s in zip(robots, each, strict=True)]
+            [
+                self._goals[k].desired_velocity(state.position, state.velocity, now, own)
+                for k, state, own in zip(here, each, limits, strict=True)
+            ]
         )
+        self._speeds[:] = [own.max_speed for own in limits]
         positions, velocities = np.array([s.position for s in each]), np.array([s.velocity for s in each])
-        chosen = self._crowd.choose(positions, velocities, preferred, discs(self.scenario.obstacles, now))
-        for k, velocity, robot, state in zip(here, chosen, robots, each, strict=True):
+        chosen = self._crowd.choose(positions, velocities, preferred, discs(self.scenario.obstacles, now, self._growth))
+        for k, velocity, own, state in zip(here, chosen, limits, each, strict=True):
             self._answered[k] = np.isfinite(velocity).all()
             # RVO2 computes in single precision and exceeds the maximum speed by up to a percent.
-            excess = float(np.linalg.norm(velocity)) / robot.limits.max_speed
+            excess = float(np.linalg.norm(velocity)) / own.max_speed
             self._chosen[k] = velocity / max(excess, 1.0) if self._answered[k] else state.velocity
         outcomes = {k: CHOSEN if self._answered[k] else UNANSWERED for k in here}
         return Decisions(outcomes, dict.fromkeys(outcomes, (perf_counter() - before) / len(here)))

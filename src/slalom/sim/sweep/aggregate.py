@@ -56,6 +56,8 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
     extra = [seconds for row in rows for seconds in row["extra_times"] if seconds is not None]
     collided = sum(row["collisions"] > 0 for row in rows)
     clearances = [row["min_clearance"] for row in rows if row["min_clearance"] is not None]
+    # Runs that were kept before their jerk was measured have none.
+    jerks = [row["jerk"] for row in rows if row.get("jerk") is not None]
     outcomes: Counter[str] = Counter()
     for row in rows:
         outcomes.update(row["statuses"])
@@ -70,6 +72,7 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
         "runs_successful": good,
         "runs_successful_interval": share(good, len(rows)),
         "adjustments": float(np.mean([row["adjustments"] for row in rows])) if rows else None,
+        "jerk": float(np.mean(jerks)) if jerks else None,
         "efficacy": float(np.mean([row["efficacy"] for row in rows])) if rows else None,
         "time": finite(float(np.mean(times))) if times else None,
         "time_interval": mean(times),

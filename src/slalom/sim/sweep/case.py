@@ -16,7 +16,7 @@ from slalom.errors import InvalidFile, InvalidInput
 from slalom.io import cadrl
 from slalom.methods import METHODS, Method
 from slalom.objective import OBJECTIVES
-from slalom.peers import Peer, contender
+from slalom.peers import Peer, contender, contender_named
 from slalom.sim.files.scenario_yaml import files_of, read_scenario
 from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
 from slalom.sim.measure.metrics import METRICS, extra_time, finite, summary
@@ -138,6 +138,19 @@ def is_deterministic(name: Source, settings: Mapping[str, float] | None = None) 
         return pickle.dumps(one) == pickle.dumps(two)
     except (pickle.PicklingError, AttributeError, TypeError):
         return False
+
+
+def is_guided(name: Source, settings: Mapping[str, float], method: str | Method | Peer) -> bool:
+    """Return whether guidance chooses the targets of robots: several in the plane that decide by a slalom method.
+
+    Cases of a file, which need not exist, have several robots in the plane.
+    """
+    if isinstance(contender_named(method) if isinstance(method, str) else method, Peer):
+        return False
+    if isinstance(name, str) and is_cases(name):
+        return bool(settings.get("guided", 1.0))
+    scenario = drawn(name, settings)
+    return bool(scenario.guided) and len(scenario.robots) > 1 and scenario.dimension == 2
 
 
 def is_file(name: str) -> bool:

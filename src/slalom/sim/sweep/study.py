@@ -21,6 +21,7 @@ from slalom.sim.sweep.case import (
     drawn,
     is_deterministic,
     is_file,
+    is_guided,
     method_content,
     metrics_content,
     run_case,
@@ -42,7 +43,8 @@ class Row(NamedTuple):
     """A scenario with settings, and the methods to compare on seeds 0, 1, ...
 
     For a file of test cases, the seeds are the first cases. Scenario and methods are names or objects, metrics names or
-    functions of a recording.
+    functions of a recording. A method with settings of its own is a row of its own: settings of slalom's methods are
+    those of the scenario, and parameters of a peer belong to its name, as in orca:horizon=5.
     """
 
     scenario: Source
@@ -79,15 +81,17 @@ def compare(
 
     Returns:
         {"scenario", "seeds", "settings", "deterministic", "methods": {name: {"runs", "distinct_runs",
-        "runs_with_collision", "runs_all_arrived", "runs_successful", "adjustments", "efficacy", "time", "extra_time",
-        "min_clearance", "outcomes", "failures"}}}:
+        "runs_with_collision", "runs_all_arrived", "runs_successful", "adjustments", "jerk", "efficacy", "time",
+        "extra_time", "min_clearance", "outcomes", "failures", "guided"}}}:
         counts of runs, where a successful run has all robots arrived and no collision; means over the runs of
-        adjustments and efficacy; the mean time of the last arrival [s] over runs in which all arrived; the 50th, 75th
-        and 90th percentile of the extra time [s] of all robots that arrived; the least clearance [m] of all runs.
+        adjustments (of all robots), jerk [m/s^3] and efficacy (means of the robots, see `metrics.summary`); the mean
+        time of the last arrival [s] over runs in which all arrived; the 50th, 75th and 90th percentile of the extra
+        time [s] of all robots that arrived; the least clearance [m] of all runs.
         "deterministic" says that the runs of all seeds are the same; "runs" counts those that were made, and
         "distinct_runs" counts them as one, without intervals.
         "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
-        reasons of runs without a result, each with its seeds. A value without data is None. With metrics,
+        reasons of runs without a result, each with its seeds. "guided" says whether guidance chooses the targets of
+        robots. A value without data is None. With metrics,
         {"metrics": {name: {"mean", "interval"}}} over the runs in which the value is finite.
     """
     row = Row(name, {} if settings is None else settings, methods, seeds, metrics)
@@ -252,7 +256,10 @@ def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
         "seeds": row.seeds,
         "settings": dict(row.settings),
         "deterministic": same,
-        "methods": {name: aggregate(part, same) for name, part in zip(_contenders(row), parts, strict=True)},
+        "methods": {
+            name: aggregate(part, same) | {"guided": is_guided(row.scenario, row.settings, given)}
+            for (name, (given, _)), part in zip(_contenders(row).items(), parts, strict=True)
+        },
     }
 
 
