@@ -48,7 +48,7 @@ OF_METHOD: Mapping[str, Values] = {
 """Parameters of peers, see `Peer.parameters`."""
 OWN, OTHERS = ("vo", "rvo", "nlvo", "avo", "ao"), tuple(OF_METHOD)
 OF_SCENARIO: Mapping[str, Values] = {
-    **{name: {"horizon": (6.0, 3.0, 10.0), "patience": (0.1, 0.0, 0.5), "margin": (0.05, 0.1, 0.2)} for name in OWN},
+    **{name: {"horizon": (6.0, 3.0, 10.0), "patience": (0.01, 0.0, 0.05), "margin": (0.05, 0.1, 0.2)} for name in OWN},
     **{name: {"margin": (0.05, 0.1, 0.2)} for name in OTHERS},
 }
 """Settings of a scenario, by method. The horizon and patience of a scenario have no effect on peers."""

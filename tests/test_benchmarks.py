@@ -182,7 +182,7 @@ def test_every_combination_is_tried_once() -> None:
     found = best_settings.tries("orca_limited")
     assert len(found) == len({one.text for one in found}) == 3 * 3 * 2
     assert found[0].text == "margin=0.05 orca_limited:horizon=10:wall_horizon=10"
-    assert [one.text for one in best_settings.tries("vo", 1)] == ["horizon=6 patience=0.1 margin=0.05 vo"]
+    assert [one.text for one in best_settings.tries("vo", 1)] == ["horizon=6 patience=0.01 margin=0.05 vo"]
 
 
 def test_collisions_count_first_then_arrivals_then_time() -> None:

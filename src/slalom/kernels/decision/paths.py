@@ -181,7 +181,7 @@ def continue_from_state(
     """
     robot = robots.each[i]
     times, points = robots.committed.times[i], robots.committed.points[i]
-    extend(robots.committed, i, settings.now + settings.horizon, settings.now + 2.0 * settings.horizon)
+    extend(robots.committed, i, settings.now + 1.5 * settings.horizon, settings.now + 2.0 * settings.horizon)
     # Before its path is moved by an error of the measured velocity.
     robot.resting = robot.resting or (robot.stop and rest_of_path(robots.committed, i, settings.now) == 0.0)
     state_on_path(robots.committed, i, settings.now, position, velocity)

@@ -112,7 +112,9 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
 
 
 @kernel
-def keep_committed(i: int, k: int, least: float, near: Indices, tables: DecisionTables, search: ResponseSearch) -> int:
+def keep_committed(
+    i: int, k: int, least: float, free: bool, near: Indices, tables: DecisionTables, search: ResponseSearch
+) -> int:
     """SEARCH if robot i loses too much by keeping its manoeuvre, else as `committed_is_clear`.
 
     The manoeuvre is driven until its control has been carried out, at least to the next decision: what follows proves
@@ -130,7 +132,7 @@ def keep_committed(i: int, k: int, least: float, near: Indices, tables: Decision
             costs[k] = 0.0
         else:
             costs[k] = manoeuvre_cost(i, until, to, robots.committed, i, near, tables, search.scratch)
-    if costs[k] - least > settings.patience * to + COST_TIE:
+    if costs[k] > least and (free or costs[k] - least > settings.patience * (until + to) + COST_TIE):
         if search.delays[k] == np.inf:
             search.delays[k] = loss_by_delay(i, k, until, tables, search)
         if search.delays[k] > settings.patience * until + COST_TIE:
@@ -230,7 +232,7 @@ def best_response(
         done = over or costs[at] >= best - worth
         k, least = (best_r - first, best) if done else (at % count, costs[at])
         if keep and least < np.inf:
-            result = keep_committed(i, k, least, near, tables, search)
+            result = keep_committed(i, k, least, not done or outcome == CLEAR, near, tables, search)
             keep = result == SEARCH
             if result == KEPT:
                 return best_r, KEPT
@@ -355,7 +357,7 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     robot.work, search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
     if robot.settled < np.inf and not is_too_fast(robot):
         k = first_least(search.costs)
-        result = keep_committed(i, k, search.costs[k], near, tables, search)
+        result = keep_committed(i, k, search.costs[k], True, near, tables, search)
         if result in (KEPT, FALL_BACK):
             return result
     return change_manoeuvre(i, result == SEARCH, near, tables, search)
