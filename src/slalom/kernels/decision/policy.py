@@ -132,7 +132,9 @@ def keep_committed(
             costs[k] = 0.0
         else:
             costs[k] = manoeuvre_cost(i, until, to, robots.committed, i, near, tables, search.scratch)
-    if costs[k] > least and (free or costs[k] - least > settings.patience * (until + to) + COST_TIE):
+    # A free change can be made later as well; a robot that arrives before cannot make it.
+    most = until + to if not free or costs[k] <= until else 0.0
+    if costs[k] - least > settings.patience * most + COST_TIE:
         if search.delays[k] == np.inf:
             search.delays[k] = loss_by_delay(i, k, until, tables, search)
         if search.delays[k] > settings.patience * until + COST_TIE:
