@@ -46,7 +46,7 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
             limits = scenario.robot.limits
             admissible = limits.admissible(response, state, HORIZON)
             situation = Situation(
-                response, state, scenario.robot.goal, limits, admissible, float(run.times[k]), HORIZON
+                response, state, scenario.robot.goal, limits, admissible, float(run.times[k]), HORIZON, 0.1, 0.2
             )
             found.append((blocked, situation, preferred_control(Arrive().aims(situation))))
     return found[:scenes]

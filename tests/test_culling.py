@@ -70,7 +70,7 @@ def drive(s: Scene, steps: int) -> Iterator[tuple[object, ...]]:
         decision = s.robot.decide(state, s.obstacles, s.goal, now=now, previous=decision)
         a = decision.manoeuvre.mean_acceleration(now, PERIOD)
         state = State(state.position + PERIOD * state.velocity + 0.5 * PERIOD**2 * a, state.velocity + PERIOD * a, a)
-        yield decision.outcome, repr(decision.manoeuvre.response), *decision.manoeuvre.control.tolist(), decision.regret
+        yield decision.outcome, repr(decision.manoeuvre.response), *decision.manoeuvre.control.tolist()
 
 
 def everywhere(bodies: GrownBodies) -> GrownBodies:

@@ -231,14 +231,14 @@ def test_the_chosen_level_has_the_least_cost() -> None:
         unsafe = int(rng.integers(0, len(given)))
         risk = Risk(float(rng.uniform(0.0, 20.0)))
         decisions = {
-            id(level): replace(made, regret=t, outcome=Outcome.CLEAR if k >= unsafe else Outcome.DELAYED)
+            id(level): replace(made, work=t, outcome=Outcome.CLEAR if k >= unsafe else Outcome.DELAYED)
             for k, (level, t) in enumerate(zip(given, times.tolist()))
         }
-        found = least_given_up(given, lambda one: decisions[id(one)], risk, lambda one: one.regret)  # noqa: B023
+        found = least_given_up(given, lambda one: decisions[id(one)], risk, lambda one: one.work)  # noqa: B023
         costs = [t + risk.loss * level.probability for t, level in zip(times.tolist(), given)]
         best = min(range(unsafe, len(given)), key=lambda k: costs[k])
         assert found.given_up == given[best].probability
-        exact = least_given_up(given, lambda one: decisions[id(one)], Risk(), lambda one: one.regret)  # noqa: B023
+        exact = least_given_up(given, lambda one: decisions[id(one)], Risk(), lambda one: one.work)  # noqa: B023
         assert exact.given_up == given[unsafe].probability
 
 

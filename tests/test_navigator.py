@@ -47,7 +47,7 @@ from slalom import (
     advance,
     select,
 )
-from slalom.objective import Situation, preferred_control
+from slalom.objective import preferred_control
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
@@ -98,7 +98,6 @@ def sound(decision: Decision, d: int) -> Decision:
     for numbers in (decision.manoeuvre.control, decision.preferred, acceleration):
         assert numbers.shape == (d,)
         assert np.all(np.isfinite(numbers))
-    assert np.isfinite(decision.regret)
     return decision
 
 
@@ -164,7 +163,6 @@ def test_kept(d: int, method: str) -> None:
     assert first.outcome.safe
     assert second.outcome is third.outcome is Outcome.KEPT
     assert third.manoeuvre is second.manoeuvre is first.manoeuvre
-    assert 0.0 <= first.regret <= second.regret <= third.regret <= 5.0
 
 
 @pytest.mark.parametrize("d", PLANES)
@@ -709,9 +707,7 @@ def judged(patience: float) -> tuple[Navigator, list[Step], list[Obstacle]]:
 def cost_of(robot: Navigator, step: Step, manoeuvre: Manoeuvre, until: float) -> float:
     """What the objective says of a manoeuvre at a step of `judged`."""
     response, aim = manoeuvre.response, goal(2, 30.0)
-    admissible = robot.limits.admissible(response, step.state, robot.horizon)
-    seen = Situation(response, step.state, aim, robot.limits, admissible, step.now, robot.horizon)
-    return robot.objective.cost(manoeuvre, seen, until)
+    return robot.objective.cost(manoeuvre, robot.situation(response, step.state, aim, step.now), until)
 
 
 def free_again(robot: Navigator, manoeuvre: Manoeuvre) -> float:
@@ -719,32 +715,25 @@ def free_again(robot: Navigator, manoeuvre: Manoeuvre) -> float:
     return manoeuvre.settled_time(robot.period, robot.horizon)
 
 
-@pytest.mark.parametrize("patience", [0.0, 0.1, 1.0])
-def test_regret_is_what_keeping_may_have_cost(patience: float) -> None:
-    """It sums what new manoeuvres would have gained at all decisions, never exceeds the patience, and starts anew at 0.
-
-    A kept manoeuvre is no worse by more than it than the best new one.
-    """
+@pytest.mark.parametrize("patience", [0.0, 0.01, 0.1])
+def test_a_manoeuvre_is_kept_or_the_new_choice(patience: float) -> None:
+    """A decision keeps the manoeuvre before, or is that of a robot without one. How much a robot loses by keeping its
+    manoeuvres over a whole drive is in test_easy_worlds.py."""
     robot, steps, others = judged(patience)
     kept = 0
     for before, step in itertools.pairwise(steps):
         fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now)
         if step.decision.outcome is Outcome.KEPT:
             kept += 1
-            committed, until = step.decision.manoeuvre, free_again(robot, fresh.manoeuvre)
-            assert committed is before.decision.manoeuvre
-            best, this = (cost_of(robot, step, m, until) for m in (fresh.manoeuvre, committed))
-            assert before.decision.regret <= step.decision.regret <= patience
-            assert this - best <= patience + COST_TIE
+            assert step.decision.manoeuvre is before.decision.manoeuvre
         elif step.decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED):
-            assert step.decision.regret == 0.0
             assert np.array_equal(step.decision.manoeuvre.control, fresh.manoeuvre.control)
     assert kept > 3
 
 
 def test_no_response_that_is_left_out_is_better_by_much() -> None:
-    """Compared with trying all responses, the choice costs at most MIN_IMPROVEMENT of the patience more."""
-    robot, steps, others = judged(0.1)
+    """Compared with trying all responses, the choice costs more by at most MIN_IMPROVEMENT of the shortest one."""
+    robot, steps, others = judged(0.01)
     for step in steps:
         fresh = robot.decide(step.state, others, goal(2, 30.0), now=step.now)
         costs = []
@@ -755,12 +744,12 @@ def test_no_response_that_is_left_out_is_better_by_much() -> None:
                     cost_of(robot, step, alone.manoeuvre, alone.manoeuvre.settled_time(robot.period, robot.horizon))
                 )
         chosen = cost_of(robot, step, fresh.manoeuvre, free_again(robot, fresh.manoeuvre))
-        assert chosen <= min(costs) + MIN_IMPROVEMENT * robot.patience + COST_TIE
+        assert chosen <= min(costs) + MIN_IMPROVEMENT * min(robot.holds) + COST_TIE
 
 
 def test_patience_saves_adjustments() -> None:
     changes = []
-    for patience in (0.0, 0.1, 1.0):
+    for patience in (0.0, 0.1, 0.5):
         _, steps, _ = judged(patience)
         manoeuvres: list[Manoeuvre] = [step.decision.manoeuvre for step in steps]
         changes.append(sum(a is not b for a, b in itertools.pairwise(manoeuvres)))

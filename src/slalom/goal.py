@@ -171,9 +171,7 @@ class Goal:
         left = np.linalg.norm(away - 0.5 * step * velocity)
         return bool(left <= self.tolerance and np.linalg.norm(velocity) <= AT_REST + step * most)
 
-    def time_to_go(
-        self, position: Array, velocity: Array, now: float, limits: Limits, shortest: float = 0.0
-    ) -> float:
+    def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits, shortest: float = 0.0) -> float:
         """Estimated time [s] that a robot in this state needs to the goal without obstacles.
 
         To pass a goal at rest: the earliest arrival under one constant acceleration followed by coasting, exact

@@ -27,7 +27,7 @@ from slalom.limits import Admissible, Limits
 from slalom.registry import Kind, Registry
 from slalom.response import Response
 from slalom.state import State
-from slalom.tolerances import COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
+from slalom.tolerances import AT_REST, COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
 from slalom.trajectory import Stationary, Trajectory
 
 
@@ -69,6 +69,13 @@ class Situation:
     admissible: Admissible
     now: float
     horizon: float
+    period: float  # [s] until the next decision
+    shortest: float  # [s] the least time for which the robot holds a control
+
+    @property
+    def settled(self) -> float:
+        """Time [s] after which the control has been carried out; one period where the next one may replace it."""
+        return self.period if self.response.restartable else self.response.settled(self.horizon)
 
 
 @runtime_checkable
@@ -124,12 +131,27 @@ class Arrive:
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         s = situation
         if self._may_arrive(s, until):
-            times = np.linspace(s.now, until, 9)
-            reached = s.goal.reached_at(motion.position(times), motion.velocity(times), times)
-            if np.any(reached):
-                return float(times[int(np.argmax(reached))] - s.now)
-        time_to_go = s.goal.time_to_go(motion.position(until), motion.velocity(until), until, s.limits)
-        return float(until - s.now + time_to_go)
+            arrival = self._arrival(motion, s, until)
+            if arrival is not None:
+                return arrival
+        position, velocity = motion.position(until), motion.velocity(until)
+        return float(until - s.now + s.goal.time_to_go(position, velocity, until, s.limits, s.shortest))
+
+    def _arrival(self, motion: Trajectory, s: Situation, until: float) -> float | None:
+        """Time [s] at which a motion passes the goal; 0 if it rests there from now to `until` [s]; None if neither."""
+        times = np.linspace(s.now, until, 2 if s.goal.stop else 9)
+        away = s.goal.position(times) - motion.position(times)
+        if s.goal.stop:
+            moves = np.linalg.norm(s.goal.velocity(times) - motion.velocity(times), axis=-1) > AT_REST
+            return None if np.any(moves | (np.linalg.norm(away, axis=-1) > s.goal.tolerance)) else 0.0
+        for first, last, before, after in zip(times, times[1:], away, away[1:]):
+            step = after - before
+            a, b, c = step @ step, before @ step, before @ before - s.goal.tolerance**2
+            if c <= 0.0:
+                return float(first - s.now)
+            if b < 0.0 and b * b >= a * c and c <= sqrt(b * b - a * c) - b:
+                return float(first - s.now + (last - first) * c / (sqrt(b * b - a * c) - b))
+        return None
 
     def _may_arrive(self, s: Situation, until: float) -> bool:
         """Whether the robot can reach the goal before `until` [s] within its limits; True for a moving goal."""
@@ -141,9 +163,10 @@ class Arrive:
 
     def _velocity_aim(self, s: Situation) -> Aim:
         """Aim at the desired velocity at the position extrapolated to the time at which the control has settled."""
-        settled = s.response.settled(s.horizon)
-        position = s.state.position + settled * s.state.velocity
-        desired = s.goal.desired_velocity(position, s.state.velocity, s.now + settled, s.limits)
+        settled = s.settled
+        ahead = 0.0 if s.goal.stop else settled
+        position = s.state.position + ahead * s.state.velocity
+        desired = s.goal.desired_velocity(position, s.state.velocity, s.now + ahead, s.limits, settled)
         return Aim(s.response.velocity(s.state, settled), desired)
 
 

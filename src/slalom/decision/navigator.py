@@ -16,6 +16,7 @@ from slalom.decision.navigator_checks import check_dimensions, check_settings, g
 from slalom.decision.navigator_tables import PolicyTables
 from slalom.decision.objective_policy import decide_by_objective
 from slalom.decision.request import Request, observed_robots
+from slalom.decision.response_tables import settled
 from slalom.decision.robot_tables import committed_path
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
@@ -101,6 +102,10 @@ class Navigator:
     @cached_property
     def _responses(self) -> tuple[Response, ...]:
         return self.method.responses(self.limits, self.period, self.holds)
+
+    @cached_property
+    def _shortest(self) -> float:
+        return min(settled(response, self.horizon, self.period) for response in self._responses)
 
     @cached_property
     def _alone(self) -> PolicyTables:
@@ -221,8 +226,8 @@ class Navigator:
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
-        settled = np.inf if previous is None else previous.manoeuvre.settled_time(self.period, self.horizon)
-        table = policy.robots(others, path, settled, now)
+        until = np.inf if previous is None else previous.manoeuvre.settled_time(self.period, self.horizon)
+        table = policy.robots(others, path, until, now)
         robots, own = table
         if previous is not None:
             # As it was planned: its path has been moved by errors of measured velocities.
@@ -320,10 +325,12 @@ class Navigator:
             # A small acceleration held for long would obey the limit only at its end; the speed must fall now.
             shortest = min(response.settled(self.horizon) for response in responses)
             responses = tuple(r for r in responses if r.settled(self.horizon) <= shortest)
-        return [
-            Situation(r, state, goal, self.limits, self.limits.admissible(r, state, self.horizon), now, self.horizon)
-            for r in responses
-        ]
+        return [self.situation(response, state, goal, now) for response in responses]
+
+    def situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
+        """The input of the objective for one response."""
+        admissible = self.limits.admissible(response, state, self.horizon)
+        return Situation(response, state, goal, self.limits, admissible, now, self.horizon, self.period, self._shortest)
 
     def is_too_fast(self, state: State) -> bool:
         """Whether the robot exceeds its speed limit by more than rounding."""

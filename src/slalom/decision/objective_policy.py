@@ -44,8 +44,9 @@ def decide_by_objective(
 ) -> Decision | None:
     """Decision of a robot in `state`; None for one that overlaps an obstacle or has no safe control.
 
-    Responses are tried in order of optimistic cost until none can beat the best by MIN_IMPROVEMENT * patience. The
-    committed manoeuvre is kept while it is clear and that has cost less than `patience`.
+    Responses are tried in order of optimistic cost until none can beat the best by the share MIN_IMPROVEMENT of the
+    shortest response. The committed manoeuvre is kept while it is clear, until its control has been carried out, and
+    while that costs at most the share `patience` of the time.
     """
     situations = robot.situations(state, goal, now)
     now_clear = ControlObstacle(situations[0].response, state, obstacles, robot.robot)
@@ -58,18 +59,18 @@ def decide_by_objective(
     while True:
         lowest = min((c.cost for c in candidates), default=np.inf)
         candidate = next((c for c in candidates if c.cost <= lowest + COST_TIE), None)
-        worth = MIN_IMPROVEMENT * robot.patience + COST_TIE
+        worth = MIN_IMPROVEMENT * min(s.shortest for s in situations) + COST_TIE
         if candidate is not None and best is not None and candidate.cost >= best.cost - worth:
             candidate = None
         cheapest = candidate or best
         if may_keep and previous is not None and cheapest is not None:
-            kept = robot.objective.cost(previous.manoeuvre, situations[0], cheapest.until)
-            regret = previous.regret + max(0.0, kept - cheapest.cost)
-            if regret <= robot.patience:
+            until = max(previous.manoeuvre.settled_time(robot.period, robot.horizon), cheapest.until)
+            kept = robot.objective.cost(previous.manoeuvre, situations[0], until)
+            if kept - cheapest.cost <= robot.patience * (until - now) + COST_TIE:
                 may_keep, blocked = _committed_is_clear(robot, situations[0], obstacles, margins, previous)
                 if may_keep:
                     manoeuvre = previous.manoeuvre
-                    return Decision(manoeuvre, Outcome.KEPT, manoeuvre.control, made(blocked), regret)
+                    return Decision(manoeuvre, Outcome.KEPT, manoeuvre.control, made(blocked))
         if candidate is None:
             break
         candidates = [c for c in candidates if c is not candidate]
@@ -79,8 +80,8 @@ def decide_by_objective(
     if best is None and previous is not None:
         clear, blocked = _committed_is_clear(robot, situations[0], obstacles, margins, previous)
         if clear:
-            manoeuvre, make = previous.manoeuvre, made(blocked)
-            return Decision(manoeuvre, Outcome.CONTINUED, manoeuvre.control, make, previous.regret)
+            manoeuvre = previous.manoeuvre
+            return Decision(manoeuvre, Outcome.CONTINUED, manoeuvre.control, made(blocked))
     if best is None:
         squeezed = [_propose(robot, _candidate(robot, s), obstacles, 0.0) for s in situations]
         best = min((p for p in squeezed if p is not None), key=lambda p: p.cost, default=None)

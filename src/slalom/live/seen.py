@@ -16,7 +16,6 @@ from slalom.live.others import Other, committed, last_outcome, obstacles_of, rob
 from slalom.lookahead.navigator import SequenceDecision
 from slalom.manoeuvre import Manoeuvre
 from slalom.methods import Method
-from slalom.objective import Situation
 from slalom.obstacle.window import ObstacleWindow
 from slalom.path_goal import PathGoal
 from slalom.response import Response
@@ -164,7 +163,7 @@ def _seen(
     if decision is not None:
         controls = drawn_controls(decision, navigator, goal)
     else:
-        situation = Situation(response, state, target, limits, admissible, now, horizon)
+        situation = navigator.situation(response, state, target, now)
         preferred = preferred_of(navigator, situation, max_speed)
         controls = DrawnControls.of(response, state, admissible, preferred, manoeuvre, now, navigator.period)
     drawn = np.sqrt(state.dimension) * half_side(response, limits, admissible)

@@ -81,6 +81,6 @@ def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> Draw
     preferred = decision.preferred
     if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
         target, max_speed = target_of(goal, navigator, state, blocked.obstacles, decision.progress)
-        situation = Situation(response, state, target, navigator.limits, admissible, now, navigator.horizon)
+        situation = navigator.situation(response, state, target, now)
         preferred = preferred_of(navigator, situation, max_speed)
     return DrawnControls.of(response, state, admissible, preferred, decision.manoeuvre, now, navigator.period)

@@ -38,10 +38,10 @@ from slalom.kernels.decision.tables import (
 from slalom.kernels.decision.targets import target_state
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.squared import squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.admissible import nearest_admissible
 from slalom.kernels.selection.violation import deepest_violation
+from slalom.kernels.squared import squared
 from slalom.tolerances import (
     BALL_WINDOWS,
     COMMITTED_SLACK,

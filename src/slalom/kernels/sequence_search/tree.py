@@ -6,7 +6,6 @@ from slalom.kernels.arrays import Array
 from slalom.kernels.decision.time_to_go import earliest_arrival, time_to_rest
 from slalom.kernels.jit import kernel
 from slalom.kernels.sequence_search.tables import NODES, SearchProblem, SearchTree
-from slalom.kernels.squared import squared
 from slalom.tolerances import BRAKING_SHARE, CELLS_PER_MAX_SPEED, CELLS_PER_STEP, TIME_CELLS_PER_STEP
 
 
