@@ -25,7 +25,7 @@ from slalom.sim.shape_distance import clearances
 
 SOURCES = Path(slalom.__file__).parent
 FILES = sorted(SOURCES.rglob("*.py"))
-LONGEST_MODULE, LONGEST_FUNCTION, SCREEN = 330, 70, 40
+LONGEST_MODULE, LONGEST_FUNCTION, SCREEN = 700, 70, 40
 VAGUE = {"utils", "util", "helpers", "helper", "common", "core", "misc", "info", "data", "manager", "handler", "base"}
 
 

@@ -12,7 +12,7 @@ from slalom.decision.navigator_checks import goal_or_place
 from slalom.errors import InvalidInput
 from slalom.forecast import EXACT
 from slalom.goal import Goal
-from slalom.lookahead.plan import new_plan, search_in, sequence_decision
+from slalom.lookahead.plan import alone, new_plan, rests_clear, search_in, sequence_decision
 from slalom.lookahead.scene import Scene, SequenceDecision as SequenceDecision, interval_of, motions_of, predicted_until
 from slalom.lookahead.search import Search
 from slalom.lookahead.spacetime_index import PredictedObstacles
@@ -31,10 +31,11 @@ class LookAhead:
 
     Sequences grow best first; each step is an exact choice near several candidate accelerations
     (`kernels/sequence_search/`). The best sequence that arrives is kept until another arrives earlier by the
-    share `patience` of the time that is left, or until it collides with new predictions. The robot thus stops for gaps, passes behind
-    obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe one with the
-    least estimated arrival is started. The search continues at the next decision as long as the predictions do not
-    change. Without any, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
+    share `patience` of the time that is left, or until it collides with new predictions. The robot thus stops for gaps,
+    passes behind obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe
+    one with the least estimated arrival is started. The search continues at the next decision as long as the
+    predictions do not change. Without any, within the tolerance of a goal to stop at, and where something passes through
+    the robot at rest there, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
     decision, less of it counts (DOUBT_SHARES), and where a sequence with SOONER_SHARE of it arrives earlier by
     SOONER_RISES times from rest to the maximum speed, that is taken. Before that, improbable futures of obstacles are
     given up, see `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
@@ -111,9 +112,13 @@ class LookAhead:
         scene = Scene(
             self.navigator, state, goal, now, self._deadline(now), obstacles, motions, table, previous, before
         )
+        if goal.stop and float(np.linalg.norm(goal.position(now) - state.position)) <= goal.tolerance:
+            return alone(scene)
         planned = self._keep_or_improve(scene) or new_plan(scene, self.budget, self.improvement_budget)
         if not isinstance(planned, SequenceDecision):
             return planned
+        if not rests_clear(scene, planned.arrival):
+            return alone(scene)
         inputs = DecisionInputs(
             self.navigator, state, tuple(listed(obstacles)), goal, None, now, None, None, searched=True
         )

@@ -13,6 +13,8 @@ from slalom.forecast_from_models import FromModels
 from slalom.lookahead.scene import Scene, SequenceDecision, rise_of, time_left
 from slalom.lookahead.search import Search, Work, new_search, run_searches, step_of
 from slalom.obstacle.window import ObstacleWindow
+from slalom.response import AccelerateThenCoast
+from slalom.state import State
 from slalom.tolerances import (
     ANEW_BUDGETS,
     DOUBT_SHARES,
@@ -83,19 +85,32 @@ def _arrival(decision: Decision) -> float:
 def _plan_in(scene: Scene, work: Work) -> Decision:
     """Decision for a new sequence, else of the navigator, that avoids all motions of a scene."""
     shares = MARGIN_SHARES if scene.doubt == 1.0 else (scene.doubt,)
-    return _sequence_in(scene, shares, work) or _alone(scene)
+    return _sequence_in(scene, shares, work) or alone(scene)
 
 
-def _alone(scene: Scene) -> Decision:
+def alone(scene: Scene) -> Decision:
     """Decision of the navigator; in a part of the scene it avoids the motions that this predicts."""
     navigator, method = scene.navigator, replace(scene.navigator.method, looks_ahead=False)
     around, whole = scene.given, scene.doubt == 1.0
     if not whole or not all(motion.probability == 1.0 for motion in scene.motions):
         around = [replace(motion, probability=1.0) for motion in scene.motions]
         method = replace(method, forecast=Known())
-    alone = replace(navigator, method=method, margin=scene.doubt * navigator.margin)
-    decision = alone.decide(scene.state, around, scene.goal, now=scene.now, previous=scene.before)
+    without_search = replace(navigator, method=method, margin=scene.doubt * navigator.margin)
+    decision = without_search.decide(scene.state, around, scene.goal, now=scene.now, previous=scene.before)
     return decision if whole or not decision.outcome.safe else replace(decision, outcome=Outcome.SQUEEZED)
+
+
+def rests_clear(scene: Scene, arrival: float) -> bool:
+    """Whether a robot that rests at its goal from `arrival` [s] on is collision-free up to the navigator's horizon.
+
+    True for a goal to pass, and for an arrival beyond the horizon.
+    """
+    left, there = scene.now + scene.navigator.horizon - arrival, [m for m in scene.motions if m.exists(arrival)]
+    if not scene.goal.stop or left <= scene.navigator.period or not there:
+        return True
+    rest, window = State(scene.goal.position(arrival), 0.0 * scene.state.velocity), ObstacleWindow(there, arrival, left)
+    blocked = ControlObstacle(AccelerateThenCoast(left), rest, window, scene.navigator.robot)
+    return float(blocked.clearance(0.0 * scene.state.velocity)) >= 0.0
 
 
 def _sequence_in(scene: Scene, shares: Sequence[float], work: Work) -> SequenceDecision | None:

@@ -8,11 +8,13 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from navground import core
 
+from slalom import kernels
 from slalom.adapters.navground.tolerances import LEAD_SHARE, RAMP
 from slalom.adapters.navground.wheels import PointAhead, arc_of
 from slalom.checks import Array
 from slalom.errors import InvalidInput
 from slalom.limits import Limits
+from slalom.tolerances import BRAKING_SHARE
 
 TWO_WHEELS = "2WDiff"
 """Type of the kinematics of two driven wheels."""
@@ -103,14 +105,24 @@ def _axes(member: Agent) -> Array:
     return np.array([[cosine, sine], [-sine, cosine]])
 
 
-def desired_velocity(member: Agent) -> Array:
+def desired_velocity(member: Agent, velocity: Array, step: float, braking: float) -> Array:
     """Velocity (2,) [m/s] towards the target, turned to the right; 0 for an agent that stops.
 
-    It is longer by as much as the turn takes of its part towards the target.
+    It is longer by as much as the turn takes of its part towards the target. Near a place it is the velocity to have
+    after `step` [s], from which the agent comes to rest there, see `slalom.Goal.desired_velocity`.
+
+    Args:
+        velocity: (2,) [m/s] of the controlled point. braking: [m/s^2] by which it may stop.
     """
     target, way = member.target, np.zeros(2)
     if target.position is not None:
         offset = np.asarray(target.position, np.float64) - np.asarray(member.position, np.float64)
+        left = offset - 0.5 * step * velocity
+        distance = float(np.linalg.norm(left))
+        speed = float(kernels.stopping_speed(distance, step, BRAKING_SHARE * braking))
+        if speed < speed_of(member):
+            within = np.linalg.norm(offset) < target.position_tolerance and distance < target.position_tolerance
+            return np.zeros(2) if within else left * (speed / distance)
         way = offset if np.linalg.norm(offset) >= target.position_tolerance else way
     elif target.direction is not None:
         way = np.asarray(target.direction, np.float64)

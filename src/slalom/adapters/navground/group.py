@@ -54,7 +54,12 @@ class Group:
         points = points + self._shift
         # One agent alone is unwrapped in a world that repeats; of several, the period is known.
         alone = self._shift[0] if len(members) == 1 else np.zeros(2)
-        desired = np.array([desired_velocity(m) for m in members])
+        desired = np.array(
+            [
+                desired_velocity(m, velocity, self._fleet.holds[0], motion.limits.braking)
+                for m, velocity, motion in zip(members, self._velocities, self._motions)
+            ]
+        )
         around: list[ObstacleTable | Tracks | Obstacle] = [
             *self._at_rest.table(members, alone),
             neighbours(members, alone, self._now, dt),

@@ -114,7 +114,8 @@ def difference_cost(
 ) -> float:
     """Time [s] until robot i on row `row` of `paths` has the velocity that it follows, judged after `until` [s].
 
-    It keeps its velocity from then `to` [s]. Or, to follow an acceleration: the difference from it now, as a share [1] of the largest acceleration.
+    It keeps its velocity from then to the time `to` [s], if that is later. Or, to follow an acceleration: the
+    difference from it now, as a share [1] of the largest acceleration.
     """
     robot, settings, found, square = tables.robots.each[i], tables.settings, scratch.velocity, 0.0
     if robot.objective == FOLLOW_VELOCITY:

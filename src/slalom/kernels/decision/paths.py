@@ -176,8 +176,9 @@ def continue_from_state(
 ) -> None:
     """Move the committed path of robot i to the state that the robot really has.
 
-    A motion that ends with a constant velocity goes on. The robot repeats the accelerations of the manoeuvre, so an error of position stays and an error of velocity drifts.
-    Errors up to FOLLOWING_ERROR are rounding. `position` and `velocity` (d,) are buffers.
+    A motion that ends with a constant velocity goes on. The robot repeats the accelerations of the manoeuvre, so an
+    error of position stays and an error of velocity drifts. Errors up to FOLLOWING_ERROR are rounding. `position` and
+    `velocity` (d,) are buffers.
     """
     robot = robots.each[i]
     times, points = robots.committed.times[i], robots.committed.points[i]

@@ -354,8 +354,7 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     processor's cache: what follows is therefore a kernel of its own.
     """
     scratch = by_reference(scratch)
-    robots, settings = tables.robots, tables.settings
-    robot = robots.each[i]
+    robot = tables.robots.each[i]
     robot.work, search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
     if robot.settled < np.inf and not is_too_fast(robot):
         k = first_least(search.costs)

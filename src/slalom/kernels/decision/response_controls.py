@@ -57,9 +57,9 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
 def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Array) -> bool:
     """Write the control of response r under which robot i is at its target soonest into u (3,).
 
-    Times are sought on a grid in geometric progression; the first success is then refined. Returns whether an admissible
-    control reaches the target at one of them. No admissible control exceeds the larger of the present
-    and the maximum speed within the horizon, so a target at rest is not reached sooner than at that speed.
+    Times are sought on a grid in geometric progression; the first success is then refined. Returns whether an
+    admissible control reaches the target at one of them. No admissible control exceeds the larger of the present and
+    the maximum speed within the horizon, so a target at rest is not reached sooner than at that speed.
     """
     robots, responses, targets, settings = tables.robots, tables.responses, tables.targets, tables.settings
     robot = robots.each[i]
@@ -73,19 +73,15 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     soonest = 0.0 if robot.moving else min(straight, settings.horizon)
     latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robot.max_acceleration), 2.0 * AIM_FIRST)
     ratio = (latest / AIM_FIRST) ** (1.0 / (AIM_TIMES - 1))
-    before, above, t, below = 0.0, np.inf, AIM_FIRST, np.inf
+    before, t, found = 0.0, AIM_FIRST, False
     for _ in range(AIM_TIMES):
-        if t >= soonest:
-            below = excess_at_target(i, r, t, limits, tables, scratch, u)
-            if below <= 0.0:
-                break
-            before, above = t, below
-        else:
-            before, above = t, np.inf
-        t *= ratio
-    if below > 0.0:
+        found = t >= soonest and excess_at_target(i, r, t, limits, tables, scratch, u) <= 0.0
+        if found:
+            break
+        before, t = t, t * ratio
+    if not found:
         return False
-    if soonest > before and (excess_at_target(i, r, soonest, limits, tables, scratch, u) <= 0.0):
+    if soonest > before and excess_at_target(i, r, soonest, limits, tables, scratch, u) <= 0.0:
         return True
     return first_admissible(i, r, max(before, soonest), t, limits, tables, scratch, u)
 

@@ -91,8 +91,8 @@ def desired_velocity(
     """Write the velocity (d,) [m/s] that leads robot i from this state at time t [s] to its target.
 
     It goes into `scratch.desired_velocity`. To stop at the target: the velocity to have after `step` [s], from which
-    the robot comes to rest there; a robot at its target brakes to rest within one step where it can. The rule is that of `slalom.goal.Goal.desired_velocity`. A robot that follows a
-    velocity desires that one.
+    the robot comes to rest there; a robot at its target brakes to rest within one step where it can. The rule is that
+    of `slalom.goal.Goal.desired_velocity`. A robot that follows a velocity desires that one.
     """
     robot = robots.each[i]
     away, desired, top = scratch.displacement, scratch.desired_velocity, robot.max_speed
