@@ -33,7 +33,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "replan": "[s] between decisions, a multiple of dt; 0: dt",
         "horizon": "[s] within which collisions count",
         "margin": "[m] required clearance",
-        "patience": "[s] predicted loss of arrival time up to which a safe manoeuvre is kept",
+        "patience": "[1] share of the time that keeping a safe manoeuvre may cost",
         "guided": "whether several robots in the plane go around obstacles at rest and past each other; see `Fleet`",
         "holds": "[s] durations for which an acceleration may be held",
         "sight_range": "[m] range of the sensors; 0: not limited",

@@ -59,9 +59,9 @@ class Navigator:
     """Robot that decides with `method`.
 
     At each decision, responses propose their exact choices, and the one with the earliest predicted arrival is taken.
-    The committed manoeuvre is kept while it is safe and keeping it has cost less than `patience`. Responses are tried
-    in order of optimistic cost (their cost without obstacles). The search ends when none can be better than the best by
-    the share MIN_IMPROVEMENT of `patience`. A robot without a safe proposal continues the committed manoeuvre, which
+    The committed manoeuvre is kept while it is safe and a change gains at most the share `patience` of the time.
+    Responses are tried in order of optimistic cost (their cost without obstacles). The search ends when none can be
+    better than the best by the share MIN_IMPROVEMENT of the shortest response. A robot without a safe proposal continues the committed manoeuvre, which
     remains safe as long as the forecasts hold. If they did not hold, requirements are dropped in this order: the
     margin, the latest collision, the least impact speed. See docs/design/0005 and 0011.
 
@@ -73,7 +73,7 @@ class Navigator:
         horizon: [s] up to which collisions count.
         margin: [m] to keep from every obstacle.
         holds: [s] durations for which accelerations are held.
-        patience: [s] of predicted arrival that keeping a manoeuvre may cost before it is replaced.
+        patience: [1] share of the time that keeping a manoeuvre may cost, see docs/design/0005.
         objective: the quantity to minimise.
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among

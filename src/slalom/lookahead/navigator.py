@@ -34,9 +34,9 @@ class LookAhead:
     share `patience` of the time that is left, or until it collides with new predictions. The robot thus stops for gaps,
     passes behind obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe
     one with the least estimated arrival is started. The search continues at the next decision as long as the
-    predictions do not change. Without any, within the tolerance of a goal to stop at, and where something passes through
-    the robot at rest there, the navigator decides. The uncertainty of `FromModels` is an estimate: where it leaves no safe
-    decision, less of it counts (DOUBT_SHARES), and where a sequence with SOONER_SHARE of it arrives earlier by
+    predictions do not change. The navigator decides without any, within the tolerance of a goal to stop at, and where
+    something passes through the robot at rest there. The uncertainty of `FromModels` is an estimate: where it leaves no
+    safe decision, less of it counts (DOUBT_SHARES), and where a sequence with SOONER_SHARE of it arrives earlier by
     SOONER_RISES times from rest to the maximum speed, that is taken. Before that, improbable futures of obstacles are
     given up, see `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
 

@@ -97,7 +97,7 @@ class Scenario:
         obstacles: each exists as long as its trajectory lasts, except those that continue (see `Obstacle.after_end`).
         start: [s] absolute time of the start. duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
-            multiple of dt. horizon [s], margin [m], patience [s], holds [s]: see `Navigator`.
+            multiple of dt. horizon [s], margin [m], patience [1], holds [s]: see `Navigator`.
         guided: 1, or 0 for robots whose targets are their goals (see `Fleet`), to measure the effect of guidance. A
             single robot is never guided.
         message_delay: [s] largest delay of messages between robots that share their manoeuvres.
