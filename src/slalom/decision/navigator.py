@@ -61,9 +61,9 @@ class Navigator:
     At each decision, responses propose their exact choices, and the one with the earliest predicted arrival is taken.
     The committed manoeuvre is kept while it is safe and a change gains at most the share `patience` of the time.
     Responses are tried in order of optimistic cost (their cost without obstacles). The search ends when none can be
-    better than the best by the share MIN_IMPROVEMENT of the shortest response. A robot without a safe proposal continues the committed manoeuvre, which
-    remains safe as long as the forecasts hold. If they did not hold, requirements are dropped in this order: the
-    margin, the latest collision, the least impact speed. See docs/design/0005 and 0011.
+    better than the best by the share MIN_IMPROVEMENT of the shortest response. A robot without a safe proposal continues
+    the committed manoeuvre, which remains safe as long as the forecasts hold. If they did not hold, requirements are
+    dropped in this order: the margin, the latest collision, the least impact speed. See docs/design/0005 and 0011.
 
     Attributes:
         method: a row of the table of methods.
