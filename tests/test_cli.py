@@ -283,11 +283,12 @@ def test_decide_time_to_collision_is_that_of_the_preferred_control(say: Say) -> 
 
 
 def test_decide_shows_the_limits_that_the_preferred_control_exceeds(say: Say) -> None:
-    """The goal is far, and the robot may not accelerate as it would have to."""
-    found = say("decide", "scene.yaml", "--json").json
+    """To stop at its goal, the robot would have to accelerate more than it may."""
+    Path("stop.yaml").write_text(SCENE.replace("[20, 0]}", "[20, 0], stop: true}"))
+    found = say("decide", "stop.yaml", "--json").json
     assert np.linalg.norm(found["preferred"]) > 1.0
     assert (found["preferred_admissible"], found["max_speed"], found["max_acceleration"]) == (False, 2.0, 1.0)
-    assert "exceeds the limits (2 m/s, 1 m/s^2)" in say("decide", "scene.yaml").out
+    assert "exceeds the limits (2 m/s, 1 m/s^2)" in say("decide", "stop.yaml").out
 
 
 def test_decide_fails_when_nothing_is_safe(say: Say) -> None:

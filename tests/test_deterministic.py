@@ -48,8 +48,8 @@ def test_tables_count_one_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "head_on duration=0.3, deterministic: 1 run\n" in text
     assert "circle duration=0.3, 3 seeds\n" in text
     rows = [line for line in page.read_text().splitlines() if line.startswith(("| head_on", "| circle"))]
-    assert "| recorded | 1, deterministic | 0 | 0 | 0 |" in rows[0]
-    assert "| 3 | 0 (0-56 %) |" in rows[1]
+    assert "| recorded | 1, deterministic | no | 0 | 0 | 0 |" in rows[0]
+    assert "| 3 | yes | 0 (0-56 %) |" in rows[1]
     assert call([*tokens, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["rows"]
     assert [(row["deterministic"], row["runs"], row["distinct_runs"]) for row in found] == [(True, 3, 1), (False, 3, 3)]
@@ -68,5 +68,5 @@ def test_every_row_counts_alone() -> None:
     assert row["time_interval"] is None
     assert row["metrics"]["efficacy"]["interval"] is None
     assert "collided" in (text := table_text(table))
-    assert re.search(r"^vo +observed +1 +", text, re.M)
+    assert re.search(r"^vo +observed +no +1 +", text, re.M)
     assert re.search(r"^vo: efficacy [-0-9.]+$", text, re.M)

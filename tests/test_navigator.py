@@ -342,7 +342,7 @@ def test_each_obstacle_counts_until_its_own_horizon() -> None:
 def test_the_safe_time_is_long_enough_to_stop(speed: float, max_acceleration: float) -> None:
     """Towards a wall that is in the way of everything, seen only when it matters: the robot stops before it."""
     wall = Obstacle(Polyline([(60.0, -90.0), (60.0, 90.0)]), Stationary((0.0, 0.0)), "wall")
-    robot = navigator(limits=Limits(8.0, max_acceleration), horizon=20.0, horizons=SafeTime(0.4), holds=(0.2,))
+    robot = navigator(limits=Limits(8.0, max_acceleration), horizon=20.0, horizons=SafeTime(0.4))
     state, decision, outcomes = at(2, speed), None, set()
     for k in range(400):
         decision = robot.decide(state, [wall], Goal(Stationary((80.0, 0.0)), 1.0), now=0.1 * k, previous=decision)

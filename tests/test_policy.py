@@ -85,7 +85,7 @@ def choices_of_all_responses(
         )
         if choice.control is not None:
             manoeuvre = Manoeuvre(response, state, choice.control, 0.0)
-            until = max(robot.period, s.settled)
+            until = max(robot.period, s.step)
             found[repr(response)] = objective.cost(manoeuvre, s, until), choice.control
     return found
 

@@ -27,7 +27,7 @@ from slalom.limits import Admissible, Limits
 from slalom.registry import Kind, Registry
 from slalom.response import Response
 from slalom.state import State
-from slalom.tolerances import AT_REST, COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
+from slalom.tolerances import AIM_ROUNDS, AT_REST, COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
 from slalom.trajectory import Stationary, Trajectory
 
 
@@ -73,8 +73,8 @@ class Situation:
     shortest: float  # [s] the least time for which the robot holds a control
 
     @property
-    def settled(self) -> float:
-        """Time [s] after which the control has been carried out; one period where the next one may replace it."""
+    def step(self) -> float:
+        """Time [s] after which the control is judged: settled, or one period where the next one may replace it."""
         return self.period if self.response.restartable else self.response.settled(self.horizon)
 
 
@@ -116,7 +116,7 @@ class Arrive:
             + 4.0 * s.limits.max_speed / s.limits.max_acceleration
         )
         times = _geometric_times(max(latest, 2.0 * FIRST_SAMPLE))
-        for _ in range(2):
+        for _ in range(AIM_ROUNDS):
             maps = s.response.position(s.state, times)
             controls = maps.inverse(s.goal.position(s.now + times))
             reached = s.admissible.holds(controls)
@@ -163,11 +163,11 @@ class Arrive:
 
     def _velocity_aim(self, s: Situation) -> Aim:
         """Aim at the desired velocity at the position extrapolated to the time at which the control has settled."""
-        settled = s.settled
-        ahead = 0.0 if s.goal.stop else settled
+        step = s.step
+        ahead = 0.0 if s.goal.stop else step
         position = s.state.position + ahead * s.state.velocity
-        desired = s.goal.desired_velocity(position, s.state.velocity, s.now + ahead, s.limits, settled)
-        return Aim(s.response.velocity(s.state, settled), desired)
+        desired = s.goal.desired_velocity(position, s.state.velocity, s.now + ahead, s.limits, step)
+        return Aim(s.response.velocity(s.state, step), desired)
 
 
 _COARSE, _FINE = np.arange(float(COARSE_SAMPLES)), np.arange(float(FINE_SAMPLES))
@@ -242,7 +242,7 @@ class FollowVelocity:
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
         desired = vector(self.velocity, "velocity to follow", s.state.dimension)
-        return (Aim(s.response.velocity(s.state, max(s.response.settled(s.horizon), IMMEDIATE)), desired),)
+        return (Aim(s.response.velocity(s.state, max(s.step, IMMEDIATE)), desired),)
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         s = situation

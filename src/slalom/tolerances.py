@@ -421,6 +421,12 @@ AIM_TIMES: Final = 64
 Larger: an earlier aim at more cost. Smaller: the aim is later than it could be.
 """
 
+AIM_ROUNDS: Final = 12
+"""[1] Rounds in which an objective in Python seeks the earliest aim, each between two times of the one before.
+
+Larger: more time than the last digit needs. Smaller: the aim is later than it could be.
+"""
+
 AIM_STEPS: Final = 60
 """[1] Most steps of regula falsi towards the earliest aim; seldom more than ten.
 

@@ -16,7 +16,7 @@ from slalom.decision.navigator_checks import check_dimensions, check_settings, g
 from slalom.decision.navigator_tables import PolicyTables
 from slalom.decision.objective_policy import decide_by_objective
 from slalom.decision.request import Request, observed_robots
-from slalom.decision.response_tables import settled
+from slalom.decision.response_tables import step_of
 from slalom.decision.robot_tables import committed_path
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
@@ -61,9 +61,10 @@ class Navigator:
     At each decision, responses propose their exact choices, and the one with the earliest predicted arrival is taken.
     The committed manoeuvre is kept while it is safe and a change gains at most the share `patience` of the time.
     Responses are tried in order of optimistic cost (their cost without obstacles). The search ends when none can be
-    better than the best by the share MIN_IMPROVEMENT of the shortest response. A robot without a safe proposal continues
-    the committed manoeuvre, which remains safe as long as the forecasts hold. If they did not hold, requirements are
-    dropped in this order: the margin, the latest collision, the least impact speed. See docs/design/0005 and 0011.
+    better than the best by the share MIN_IMPROVEMENT of the shortest response. A robot without a safe proposal
+    continues the committed manoeuvre, which remains safe as long as the forecasts hold. If they did not hold,
+    requirements are dropped in this order: the margin, the latest collision, the least impact speed. See
+    docs/design/0005 and 0011.
 
     Attributes:
         method: a row of the table of methods.
@@ -105,7 +106,7 @@ class Navigator:
 
     @cached_property
     def _shortest(self) -> float:
-        return min(settled(response, self.horizon, self.period) for response in self._responses)
+        return min(step_of(response, self.horizon, self.period) for response in self._responses)
 
     @cached_property
     def _alone(self) -> PolicyTables:

@@ -36,19 +36,19 @@ def response_table(
         times = response.knots(span, 2.0 * TABLE_SPEED)
         shares = _shares(response, times, dimension)
         path = hermite(times, shares[0], shares[1])
-        then = _shares(response, np.array([settled(response, horizon, period)]), dimension)
+        then = _shares(response, np.array([step_of(response, horizon, period)]), dimension)
         knots.append(times)
         points.append(path.points)
         settled_velocity.append(then[1, 0])
     whole = np.concatenate(points)
     pieces, each = zero_records(ResponsePiece, len(whole)), zero_records(TabulatedResponse, len(responses))
     pieces["velocity_gain"], pieces["acceleration_gain"], pieces["gain"] = np.moveaxis(whole, 2, 0)
-    of_kinds = [[settled(response, horizon, period) for response in kind] for kind in kinds]
-    each["settled"] = [time for times in of_kinds for time in times]
+    of_kinds = [[step_of(response, horizon, period) for response in kind] for kind in kinds]
+    each["step"] = [time for times in of_kinds for time in times]
     each["shortest"] = [min(times) for times in of_kinds for _ in times]
     peaks = [_peaks(r, response, horizon, dimension) for r, response in enumerate(responses)]
     for r, response in enumerate(responses):
-        each["error"][r] = response.interpolation_error
+        each["error"][r], each["settled"][r] = response.interpolation_error, response.settled(horizon)
         each["rest"][r], each["settled_velocity"][r] = rest_from(knots[r], points[r]), settled_velocity[r]
         each["straight"][r] = straight_from(points[r])
         each["initial_acceleration"][r] = _initial_acceleration(response, dimension)
@@ -66,8 +66,8 @@ def response_table(
     )
 
 
-def settled(response: Response, horizon: float, period: float) -> float:
-    """Time [s] after which a control has been carried out, or after which the next one may replace it without a loss.
+def step_of(response: Response, horizon: float, period: float) -> float:
+    """Time [s] after which a control is judged: settled, or after which the next one may replace it without a loss.
 
     The second for responses whose control, held again, continues the same motion.
     """
@@ -81,7 +81,7 @@ def stopping_deceleration(responses: Sequence[Response], limits: Limits, horizon
     """
     state, least = State(np.zeros(2), np.ones(2)), 1.0
     for response in responses:
-        time = settled(response, horizon, period)
+        time = step_of(response, horizon, period)
         for peak in response.acceleration_peaks(state, horizon)[:1] if time > 0.0 else ():
             least = min(least, float(response.velocity(state, time).gain) / (time * float(peak.gain)))
     return BRAKING_SHARE * limits.braking * least

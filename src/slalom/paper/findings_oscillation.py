@@ -30,8 +30,8 @@ def oscillation(result: Result) -> list[str]:
             "**greedy** (`--set patience=0 --set guided=0`): at every decision a robot takes the manoeuvre of least "
             "cost, without preference for the committed one. It heads straight for its goal. **kept:** it keeps "
             f"the committed manoeuvre while that costs at most {result['patience']:g} of the time (`--set guided=0`; "
-            f"left out for {result['many']} robots, the longest runs). **agreed** (`--set patience=0`): greedy, but robots "
-            "on conflicting courses follow a traffic circle around the conflict, all on the same side. They yield to "
+            f"left out for {result['many']} robots, the longest runs). **agreed** (`--set patience=0`): greedy, but "
+            "robots on conflicting courses follow a traffic circle around the conflict, all on the same side. They yield to "
             "waiting robots. **both:** the library's default."
         ),
         paragraph(

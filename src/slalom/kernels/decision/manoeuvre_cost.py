@@ -179,7 +179,7 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
     """
     robots, responses, settings = tables.robots, tables.responses, tables.settings
     robot = robots.each[i]
-    inside, until = scratch.control, max(settings.period, responses.each[r].settled)
+    inside, until = scratch.control, max(settings.period, responses.each[r].step)
     p, radius = smallest_control_ball(robot, r, responses)
     square = 0.0
     for axis in range(settings.dimension):

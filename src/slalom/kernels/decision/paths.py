@@ -140,7 +140,7 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
     robot = robots.each[i]
     response_path(robot, r, u, responses, settings, np.inf, robots.committed, i)
     robot.response, robot.resting = r, False
-    robot.settled = settings.now + max(settings.period, responses.each[r].settled)
+    robot.settled = settings.now + max(settings.period, responses.each[r].step)
     copy_into(robot.control[:], u)
     if settings.shared:
         publish(i, robots, settings)

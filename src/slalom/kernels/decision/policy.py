@@ -125,7 +125,7 @@ def keep_committed(
     """
     robots, responses, settings, costs = tables.robots, tables.responses, tables.settings, search.kept_costs
     robot = robots.each[i]
-    to = max(settings.period, responses.each[responses.kinds[robot.kind] + k].settled)
+    to = max(settings.period, responses.each[responses.kinds[robot.kind] + k].step)
     until = max(settings.period, robot.settled - settings.now)
     if costs[k] == np.inf:
         if robot.resting and is_measured_at_rest(robot, settings.dimension):
@@ -243,7 +243,7 @@ def best_response(
         r, detour, costs[at] = first + k, at // count, np.inf
         if closed[k]:
             continue
-        until = max(settings.period, responses.each[r].settled)
+        until = max(settings.period, responses.each[r].step)
         copy_into(preferred, search.preferred[at])
         unchanged_control(robot, r, responses, unchanged)
         robot.work += WORK_CHOICE + WORK_ROW * len(rows.pieces.body)

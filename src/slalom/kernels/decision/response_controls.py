@@ -38,13 +38,13 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
     ):
         return
     d, position, velocity, desired = settings.dimension, scratch.position, scratch.velocity, scratch.desired_velocity
-    settled = responses.each[r].settled
+    step = responses.each[r].step
     # To pass, from the position that the robot will have then; a detour starts at the present position.
-    ahead = settled if angle == 0.0 and not robot.stop else 0.0
+    ahead = step if angle == 0.0 and not robot.stop else 0.0
     for axis in range(d):
         velocity[axis] = robot.velocity[axis]
         position[axis] = robot.position[axis] + ahead * velocity[axis]
-    desired_velocity(i, settings.now + ahead, settled, position, velocity, robots, tables.targets, scratch)
+    desired_velocity(i, settings.now + ahead, step, position, velocity, robots, tables.targets, scratch)
     if angle != 0.0:
         c, s = np.cos(angle), np.sin(angle)
         desired[0], desired[1] = c * desired[0] - s * desired[1], s * desired[0] + c * desired[1]

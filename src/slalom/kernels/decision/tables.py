@@ -21,10 +21,11 @@ class TabulatedResponse:
 
     error: float  # [m] largest distance of the motion from its cubic pieces
     settled: float  # [s] when the control has been carried out
-    shortest: float  # [s] the least `settled` of the responses of this kind of robot
+    step: float  # [s] when it is judged: settled, or one period if the next control may replace it without a loss
+    shortest: float  # [s] the least `step` of the responses of this kind of robot
     rest: float  # [s] from when on the robot is at rest under every control; inf: never for certain
     straight: int  # first of its pieces from which on the robot moves along one line, see `PositionMap`
-    settled_velocity: Vector  # at that time: velocity = [0] v + [1] a + [2] u
+    settled_velocity: Vector  # after that step: velocity = [0] v + [1] a + [2] u
     initial_acceleration: Vector  # at the start: acceleration = [0] v + [1] a + [2] u
     window_gains: Annotated[Array, (RESPONSE_WINDOWS + 1, 3)]  # of v, a, u in the position at ends of windows
     window_bends: Annotated[Array, (RESPONSE_WINDOWS, 3)]  # largest difference from their chord in each window

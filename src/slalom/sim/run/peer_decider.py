@@ -101,7 +101,7 @@ class PeerDecider:
         limits, each = [self._limits[k] for k in here], [states.state(k) for k in here]
         preferred = np.array(
             [
-                self._goals[k].desired_velocity(state.position, state.velocity, now, own)
+                self._goals[k].desired_velocity(state.position, state.velocity, now, own, self._period)
                 for k, state, own in zip(here, each, limits, strict=True)
             ]
         )
