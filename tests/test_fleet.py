@@ -150,7 +150,7 @@ def test_all_pairs_at_once_are_as_near_as_one_by_one(seed):
 
 def test_a_robot_at_its_goal_gives_way_to_one_that_wants_there():
     """Both cannot stay: they arrive in turn."""
-    run = simulate(two(stop=True), SHARED)
+    run = simulate(replace(two(stop=True), duration=40.0), SHARED)
     assert np.all(np.isfinite(run.arrived))
     assert least_clearance(run) >= -COMMITTED_SLACK - METRIC
 

@@ -77,8 +77,8 @@ def turned(recording: Recording, angle: float, shift, mirror: bool = False) -> R
 
 @pytest.fixture(scope="module")
 def swap() -> Recording:
-    """Four greedy robots that swap places: they change sides, headings and choices."""
-    settings = {"robots": 4, "patience": 0.0, "guided": 0.0, "duration": 25.0}
+    """Six greedy robots that swap places: they change sides, headings and choices."""
+    settings = {"robots": 6, "patience": 0.0, "guided": 0.0, "duration": 25.0}
     recording = simulate(build("circle", settings), METHODS["nao"])
     assert flips_between(recording)[0].sum() > 0
     return recording
@@ -147,7 +147,7 @@ class TestFlips:
 
     def test_the_metric_of_one_robot_is_the_sum_of_its_pairs(self, swap):
         flips, _ = flips_between(swap)
-        assert [side_flips(single_robot_view(swap, k)) for k in range(4)] == flips.sum(axis=1).tolist()
+        assert [side_flips(single_robot_view(swap, k)) for k in range(6)] == flips.sum(axis=1).tolist()
 
     def test_only_what_is_there_and_has_a_side_counts(self):
         """No walls, nothing in space, and no obstacle before it exists."""

@@ -232,7 +232,7 @@ def test_walls_are_not_run_into(name, wall):
     """On the way to a goal behind them; a robot without a way round stops before them."""
     run = simulate(Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS[wall],), duration=15.0), peer(name))
     assert run.positions[-1, 0, 0] > 2.0
-    assert metrics.min_clearance(run) >= -1e-4
+    assert metrics.min_clearance(run) >= -2e-3
 
 
 @pytest.mark.parametrize("name", ["hrvo", "hrvo_limited"])

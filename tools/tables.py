@@ -191,10 +191,10 @@ TABLES = (
         "crowdnav",
         "docs/crossings.md",
         (
-            Row("crowdnav", {"people": 5}, ("nao_ahead", *ORCA), 500),
-            Row("crowdnav", {"people": 5, "margin": 0.1}, ("nao_ahead@observed_velocity",), 500),
-            Row("crowdnav", {"people": 10}, ("nao_ahead", *ORCA), 500),
-            Row("crowdnav", {"people": 10, "margin": 0.1}, ("nao_ahead@observed_velocity",), 500),
+            Row("crowdnav", {"people": 5}, ("nao_ahead", *ORCA), 100),
+            Row("crowdnav", {"people": 5, "margin": 0.1}, ("nao_ahead@observed_velocity",), 100),
+            Row("crowdnav", {"people": 10}, ("nao_ahead", *ORCA), 100),
+            Row("crowdnav", {"people": 10, "margin": 0.1}, ("nao_ahead@observed_velocity",), 100),
         ),
         {
             "settings": lambda scenario, method, row: scenario.partition(" ")[2],

@@ -31,8 +31,8 @@ def oscillation(result: Result) -> list[str]:
             "cost, without preference for the committed one. It heads straight for its goal. **kept:** it keeps "
             f"the committed manoeuvre while that costs at most {result['patience']:g} of the time (`--set guided=0`; "
             f"left out for {result['many']} robots, the longest runs). **agreed** (`--set patience=0`): greedy, but "
-            "robots on conflicting courses follow a traffic circle around the conflict, all on the same side. They yield to "
-            "waiting robots. **both:** the library's default."
+            "robots on conflicting courses follow a traffic circle around the conflict, all on the same side. They "
+            "yield to waiting robots. **both:** the library's default."
         ),
         paragraph(
             "Side flips per robot: number of changes of the side on which a robot would pass another one. The side is "
