@@ -5,6 +5,7 @@ WORKERS ?= 2
 # Extras with the packages of the adapters that `make test-adapters` installs.
 ADAPTERS := ros,mavlink,quadrotor,irsim,commonroad,sumo
 DRAWS ?= first
+TABLE_DATA ?= data/peers
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 PROGRAMS := start sampling mpc stages decision walls scaling fleet_step boundaries memory
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
@@ -12,7 +13,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Modules that no test imports need not be compiled to bytecode.
 export PIP_NO_COMPILE := 1
 
-.PHONY: demo docs test test-adapters test-all test-paper kernels golden chromium ci lint bench release-check clean
+.PHONY: demo docs tables test test-adapters test-all test-paper kernels golden chromium ci lint bench release-check clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -85,6 +86,10 @@ ci: demo kernels golden chromium
 # Digests of runs, choices and boundaries, compared with those of tools/golden.json: a change of form changes none.
 golden: .venv/test.stamp
 	$(BIN)/python tools/golden.py
+
+# Every table that tools/tables.py writes, in one go. TABLE_DATA is the folder with the test cases of other projects.
+tables: .venv/bench.stamp kernels
+	$(BIN)/python tools/tables.py --make roundabout_crossing --make fleets --make crowdnav --data $(TABLE_DATA) --jobs 2
 
 # One decision runs on one thread, and so must the matrix products that it is compared with.
 bench: export OPENBLAS_NUM_THREADS := 1
