@@ -49,14 +49,19 @@ def pixels(page: Any, controls: np.ndarray) -> np.ndarray:
 
 
 def away_from_marks(page: Any, controls: np.ndarray, distance: float) -> np.ndarray:
-    """Which controls (n, 2) are at least some pixels away from the marks and the border of the admissible set."""
+    """Which controls (n, 2) are at least some pixels away from the marks and the border of the admissible set.
+
+    A plane that touches the admissible set in one point has no border.
+    """
     marks = page.evaluate(
         "(() => { const a = " + APP + ", c = a.model.control(), p = c.planes[a.plane], v = a.controlViewport(0);"
-        "const s = c.arrays['admissible' + a.plane].values, u = c.planes[a.plane].axes;"
+        "const s = c.arrays['admissible' + a.plane]?.values ?? [], u = c.planes[a.plane].axes;"
         "return { scale: v.scale, marks: [c.preferred, c.chosen].map((m) => u.map((k) => m[k])), line: [...s] }; })()"
     )
-    points, line = shapely.points(controls), shapely.LinearRing(np.reshape(marks["line"], (-1, 2)))
-    far = shapely.distance(points, line) * marks["scale"] > distance
+    far = np.ones(len(controls), dtype=bool)
+    if marks["line"]:
+        border = shapely.LinearRing(np.reshape(marks["line"], (-1, 2)))
+        far = shapely.distance(shapely.points(controls), border) * marks["scale"] > distance
     half = np.abs(controls).max()
     for mark in np.clip(marks["marks"], -half, half):
         far &= np.linalg.norm(controls - mark, axis=1) * marks["scale"] > distance + 14
