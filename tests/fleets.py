@@ -8,7 +8,7 @@ import pytest
 
 from slalom import METHODS, ConstantAcceleration, Decision, Fleet, Method, Obstacle, ObstacleTable, Outcome, Trajectory
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import DecisionTables
+from slalom.kernels.decision.tables import NO_OBJECTIVES, DecisionTables
 from slalom.manoeuvre import first_manoeuvre
 from slalom.methods import margin_among
 from slalom.sim import Scenario, gallery
@@ -24,7 +24,8 @@ class Watched(FleetDecider):
         for some, settings in super()._turns(policy, due, now):
             fleet = self.fleet
             bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, 0.0))[0]
-            tables = DecisionTables(fleet.table, bodies, fleet.responses, fleet._bounds, fleet.targets, settings)
+            parts = fleet.responses, fleet._bounds, fleet.targets, settings, NO_OBJECTIVES
+            tables = DecisionTables(fleet.table, bodies, *parts)
             self.last = some, tables
             yield some, settings
 

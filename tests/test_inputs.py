@@ -519,14 +519,21 @@ def undumped(change: Callable[[dict], object]) -> Callable[[Path], object]:
     return lambda folder: read_decision(dumped(change)(folder))
 
 
+class Aimless(Arrive):
+    """An objective in Python without aims."""
+
+    def aims(self, situation):
+        return ()
+
+
 CURVE = Obstacle(Disc(1), Function(lambda t: (9.0, t), 1.0, 0.0, 0.0, 99.0))
 DECISIONS = [
     Case("listing", InvalidInput, r"holds: expected durations, found 3", lambda _: navigator(holds=3)),
     Case(
-        "Navigator.decide",
+        "ObjectiveInPython.raise_failure",
         InvalidInput,
-        r"budget: expected none for the objective MostClearance.*, found 1 s",
-        lambda _: navigator(objective=MostClearance(1.0, Arrive())).decide(FLAT, [], GOAL, budget=1.0),
+        r"aims: expected one with weight and gain above 0, found none",
+        lambda _: navigator(objective=Aimless()).decide(FLAT, [], GOAL),
     ),
     Case(
         "kind_of",
@@ -1657,12 +1664,6 @@ CASES = [
         InvalidInput,
         r"method: expected one without published manoeuvres, found nao_shared; use Fleet",
         lambda _: navigator("nao_shared").decide(FLAT, [], GOAL),
-    ),
-    Case(
-        "Navigator.decide",
-        InvalidInput,
-        r"robots: expected none for the objective MostClearance.*, found 1",
-        lambda _: decision(objective=MostClearance(1.0, Arrive()), robots=seen()),
     ),
     Case(
         "same_dimension",

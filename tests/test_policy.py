@@ -22,24 +22,28 @@ from slalom import (
     HalfSpace,
     KeepAcceleration,
     Limits,
+    Mix,
+    MostClearance,
     Navigator,
     Objective,
     Obstacle,
     Outcome,
+    PathGoal,
     Polygon,
     Polyline,
     Rectangle,
     Shape,
     State,
     Stationary,
+    Tracks,
     Union,
     select,
 )
 from slalom.manoeuvre import Manoeuvre
-from slalom.objective import preferred_control
+from slalom.objective import needs_goal, preferred_control
 from slalom.sim import Scenario, gallery, simulate
 from slalom.sim.measure.closest_approach import between_robots
-from slalom.tolerances import CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
+from slalom.tolerances import CLEARANCE_STEPS, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
 
 
 def a_scene(seed: int) -> tuple[Navigator, State, list[Obstacle], Goal]:
@@ -90,17 +94,32 @@ def choices_of_all_responses(
     return found
 
 
-OBJECTIVES = [Arrive(), FollowVelocity((0.8, -0.9)), FollowAcceleration((1.1, 0.7)), KeepAcceleration()]
+class ArriveInPython(Arrive):
+    """`Arrive` as a class of a user, which the kernels call."""
 
 
-@pytest.mark.parametrize("objective", OBJECTIVES, ids=lambda objective: type(objective).__name__)
+class KeepInPython(KeepAcceleration):
+    """`KeepAcceleration` as a class of a user."""
+
+
+OBJECTIVES = {
+    "arrive": Arrive(),
+    "follow_velocity": FollowVelocity((0.8, -0.9)),
+    "follow_acceleration": FollowAcceleration((1.1, 0.7)),
+    "keep_acceleration": KeepAcceleration(),
+    "mixed": Mix(((2.0, Arrive()), (0.0, KeepAcceleration()), (1.0, Mix(((1.0, FollowVelocity((0.8, -0.9))),))))),
+    "in_python": ArriveInPython(),
+    "partly_in_python": Mix(((2.0, ArriveInPython()), (1.0, FollowVelocity((0.8, -0.9))))),
+}
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES.values(), ids=OBJECTIVES)
 @pytest.mark.parametrize("seed", draws(range(160), 40))
 def test_the_decision_is_the_cheapest_exact_choice(seed: int, objective: Objective) -> None:
     """Its control is that of the exact choice, and no response costs less by more than the stated improvement."""
     robot, state, obstacles, goal = a_scene(seed)
     expected = choices_of_all_responses(robot, state, obstacles, goal, objective)
-    without_goal = not isinstance(objective, Arrive)
-    decision = robot.decide(state, obstacles, None if without_goal else goal, objective=objective)
+    decision = robot.decide(state, obstacles, goal if needs_goal(objective) else None, objective=objective)
     if not expected:
         assert decision.outcome not in (Outcome.CLEAR, Outcome.CONSTRAINED)
         return
@@ -111,6 +130,101 @@ def test_the_decision_is_the_cheapest_exact_choice(seed: int, objective: Objecti
     least = min(each for each, _ in expected.values())
     shortest = robot.situation(decision.manoeuvre.response, state, goal, 0.0).shortest
     assert cost <= least + MIN_IMPROVEMENT * shortest + 2.0 * COST_TIE + 1e-4
+
+
+@pytest.mark.parametrize("seed", draws(range(24), 8))
+def test_most_clearance_is_the_largest_that_a_response_has(seed: int) -> None:
+    """Of all controls of all responses none keeps noticeably more of the clearance, which is sought on a grid."""
+    robot, state, obstacles, goal = a_scene(seed)
+    enough = 1.5
+    decision = robot.decide(state, obstacles, goal, objective=MostClearance(enough, Arrive()))
+    assert (decision.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED)) == bool(
+        choices_of_all_responses(robot, state, obstacles, goal, Arrive())
+    )
+    if decision.outcome not in (Outcome.CLEAR, Outcome.CONSTRAINED):
+        return
+    kept = robot.control_obstacle(decision.manoeuvre.response, robot.predict(obstacles, state, 0.0), state)
+    assert kept.clearance(decision.manoeuvre.control) >= -CONTACT_SLACK
+    step = enough / 2**CLEARANCE_STEPS
+    for extra in np.arange(0.1, enough, 0.1):
+        wider = replace(robot, margin=robot.margin + float(extra))
+        free = choices_of_all_responses(wider, state, obstacles, goal, Arrive())
+        around = wider.control_obstacle(decision.manoeuvre.response, wider.predict(obstacles, state, 0.0), state)
+        if around.clearance(decision.manoeuvre.control) < -1e-6:
+            # A little more than is kept is not free for any response.
+            narrower = replace(robot, margin=robot.margin + float(extra) + step)
+            assert not choices_of_all_responses(narrower, state, obstacles, goal, Arrive())
+            return
+        assert free
+
+
+@pytest.mark.parametrize("objective", [ArriveInPython(), Mix(((1.0, Arrive()), (1.0, KeepAcceleration())))], ids=repr)
+def test_every_objective_takes_robots_a_budget_and_a_path(objective: Objective) -> None:
+    """And has the outcomes of the policy: a part of the margin, the latest collision, an interruption."""
+    robot, state = Navigator(METHODS["nao"], Disc(0.4), Limits(2.0, 2.0)), State((0.0, 0.0), (2.0, 0.0))
+    goal, seen = Goal(Stationary((9.0, 0.0)), 0.3), Tracks([(4.0, 0.3)], [(-1.0, 0.0)], 0.4)
+    plain = robot.decide(state, [], goal, objective=objective, robots=seen)
+    shared = Navigator(METHODS["rvo"], Disc(0.4), Limits(2.0, 2.0)).decide(state, [], goal, robots=seen)
+    assert plain.outcome.safe
+    assert shared.outcome.safe
+    wall = Obstacle(Polyline([(1.2, -9.0), (1.2, 9.0)], 0.1), Stationary((0.0, 0.0)))
+    assert robot.decide(state, [wall], goal, objective=objective).outcome is Outcome.DELAYED
+    path = PathGoal([(0.0, 0.0), (0.0, 5.0)], stop=False)
+    assert robot.decide(State((0.0, 0.0), (0.0, 0.0)), [], path, objective=objective).manoeuvre.control[1] > 1.0
+    near = Obstacle(Disc(0.5), ConstantVelocity((3.0, 0.5), (-1.0, 0.0)))
+    first = robot.decide(State((0.0, 0.0), (1.0, 0.0)), [near], goal, objective=objective)
+    moved = State(first.manoeuvre.position(0.1), first.manoeuvre.velocity(0.1), first.manoeuvre.acceleration(0.1))
+    other = robot.decide(
+        moved, [near], Goal(Stationary((0.0, 9.0)), 0.3), now=0.1, previous=first, objective=objective, budget=0.0
+    )
+    assert other.outcome in (Outcome.INTERRUPTED, Outcome.KEPT)
+
+
+@pytest.mark.parametrize("seed", draws(range(40), 10))
+def test_an_objective_in_python_decides_as_the_same_one_in_a_kernel(seed: int) -> None:
+    """Over several decisions, which keep and change manoeuvres."""
+    robot, state, obstacles, goal = a_scene(seed)
+    pairs = (
+        (Mix(((1.0, Arrive()), (0.6, KeepAcceleration()))), Mix(((1.0, ArriveInPython()), (0.6, KeepInPython())))),
+        (MostClearance(0.5, KeepAcceleration()), MostClearance(0.5, KeepInPython())),
+    )
+    goal = replace(goal, trajectory=Stationary(goal.position(0.0)), stop=True)
+    for one, other in pairs:
+        place, previous = state, None
+        for step in range(6):
+            now = 0.1 * step
+            first = robot.decide(place, obstacles, goal, now=now, previous=previous, objective=one)
+            second = robot.decide(place, obstacles, goal, now=now, previous=previous, objective=other)
+            assert first.outcome is second.outcome
+            assert repr(first.manoeuvre.response) == repr(second.manoeuvre.response)
+            np.testing.assert_allclose(first.manoeuvre.control, second.manoeuvre.control, atol=1e-4)
+            previous, then = first, now + 0.1
+            if not first.outcome.safe:
+                break
+            path = first.manoeuvre
+            place = State(path.position(then), path.velocity(then), path.acceleration(then))
+
+
+@pytest.mark.parametrize(
+    "objective",
+    [MostClearance(0.5, Arrive()), Mix(((1.0, Arrive()), (0.2, KeepAcceleration()))), ArriveInPython()],
+    ids=repr,
+)
+def test_detours_are_considered_for_every_objective(objective: Objective) -> None:
+    """A robot that enters a gap between discs, which is too narrow, goes another way with them."""
+    row = [Obstacle(Disc(1.2), Stationary((4.0, y))) for y in (0.0, 2.2, -2.2)]
+    goal, ways = Goal(Stationary((8.0, 0.0)), 0.3, stop=True), []
+    for detours in ((), (1.0, -1.0, 1.5, -1.5)):
+        robot = Navigator(METHODS["nao"], Disc(0.4), Limits(1.5, 1.0), objective=objective, detours=detours)
+        place, previous, places = State((0.0, 0.0), (0.0, 0.0)), None, []
+        for step in range(100):
+            now, then = 0.1 * step, 0.1 * (step + 1)
+            previous = robot.decide(place, row, goal, now=now, previous=previous)
+            path = previous.manoeuvre
+            place = State(path.position(then), path.velocity(then), path.acceleration(then))
+            places.append(place.position)
+        ways.append(np.array(places))
+    assert np.abs(ways[1] - ways[0]).max() > 0.05
 
 
 def with_shape(scenario: Scenario, shape: Shape) -> Scenario:

@@ -86,7 +86,10 @@ class Objective(Protocol):
         """At least one aim with weight and gain above 0."""
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
-        """Cost [s] of a robot that follows `motion` until the absolute time `until` [s] and moves freely afterwards."""
+        """Cost [s] of a robot that follows `motion` until the absolute time `until` [s] and moves freely afterwards.
+
+        The response of the `situation` is the first one of the robot, whatever response `motion` belongs to.
+        """
 
     @property
     def enough_clearance(self) -> float:
@@ -303,6 +306,30 @@ class Mix:
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         weights = sum(weight for weight, _ in self.parts)
         return sum(weight * part.cost(motion, situation, until) for weight, part in self.parts) / weights
+
+
+FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
+"""Objectives that need no goal."""
+
+
+def parts_of(objective: Objective, weight: float = 1.0) -> list[tuple[float, Objective]]:
+    """The objectives without parts of which an objective is the mean, with their shares of `weight`."""
+    if type(objective) is MostClearance:
+        return parts_of(objective.then, weight)
+    if type(objective) is not Mix:
+        return [(weight, objective)]
+    total = sum(part for part, _ in objective.parts)
+    return [one for part, other in objective.parts if part > 0.0 for one in parts_of(other, weight * part / total)]
+
+
+def is_compiled(objective: Objective) -> bool:
+    """Whether kernels have the objective; if not, they call it."""
+    return all(type(part) in (Arrive, *FOLLOWING) for _, part in parts_of(objective))
+
+
+def needs_goal(objective: Objective) -> bool:
+    """Whether an objective needs a goal: only those that follow something need none."""
+    return any(not isinstance(part, FOLLOWING) for _, part in parts_of(objective))
 
 
 OBJECTIVES: Final = Registry[type[Objective]](

@@ -279,6 +279,12 @@ COST_TIE: Final = 1e-9
 Larger: more ties. Smaller: rounding decides which response is taken.
 """
 
+CLEARANCE_STEPS: Final = 6
+"""[1] Bisections of the clearance beyond the margin, of at most `MostClearance.enough`: to 1/64 of it.
+
+More: decisions take longer where that clearance is not free. Fewer: the clearance found is less.
+"""
+
 MIN_IMPROVEMENT: Final = 0.25
 """[1] Share of the shortest response by which an optimistic cost must be below the least cost found so far.
 

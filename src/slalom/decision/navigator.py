@@ -12,9 +12,8 @@ from slalom.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
 from slalom.decision.futures import Risk, least_given_up, levels, time_of
-from slalom.decision.navigator_checks import check_dimensions, check_settings, goal_or_place, is_compiled
+from slalom.decision.navigator_checks import check_dimensions, check_settings, goal_or_place
 from slalom.decision.navigator_tables import PolicyTables
-from slalom.decision.objective_policy import decide_by_objective
 from slalom.decision.request import Request, observed_robots
 from slalom.decision.response_tables import step_of
 from slalom.decision.robot_tables import committed_path
@@ -151,9 +150,8 @@ class Navigator:
         Raises:
             InvalidInput: dimensions that differ; no goal for an objective that has one; a goal at rest to stop at with
                 the bound LeastSpeed; an acceleration to follow with a response that does not set the acceleration at
-                once; a method that needs more than one robot observes; other robots for an objective written in Python;
-                a time before that of the previous decision, or the same for a robot at another position; a delay above
-                the horizon; an obstacle whose trajectory ended.
+                once; a method that needs more than one robot observes; a time before that of the previous decision, or
+                the same for a robot at another position; a delay above the horizon; an obstacle whose trajectory ended.
         """
         refuse_alone(self.method)
         state = state_to_decide_from(state, previous, now, delay, self.horizon)
@@ -169,11 +167,6 @@ class Navigator:
         check_dimensions(self.robot, state, window, others)
         progress = None if previous is None else previous.progress
         step = self.step_along(goal, state, window, progress) if isinstance(goal, PathGoal) else None
-        if not is_compiled(robot.objective):
-            if others is not None:
-                raise InvalidInput(f"robots: expected none for the objective {robot.objective!r}, found {len(others)}")
-            if budget is not None:
-                raise InvalidInput(f"budget: expected none for the objective {robot.objective!r}, found {budget:g} s")
         request = Request(robot, around, others, state, goal, step, now, previous, limit)
         if window.has_futures:
             decision = least_given_up(
@@ -192,7 +185,7 @@ class Navigator:
 
         progress: [m] along the path at the last decision; None: it is at the nearest point of the whole path.
         """
-        around = self._alone.reach(state) if is_compiled(self.objective) else None
+        around = self._alone.reach(state)
         return goal.step(
             state.position,
             progress,
@@ -205,14 +198,9 @@ class Navigator:
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
         """Decision that avoids all obstacles of the window without those given up (n,)."""
-        robot, others, state, now = request.robot, request.others, request.state, request.now
+        others, state, now = request.others, request.state, request.now
         window = window if given_up is None else window.without(given_up)
-        if is_compiled(robot.objective):
-            found = self._decide(window, request)
-        else:
-            if request.step is not None:
-                robot = replace(robot, limits=replace(self.limits, max_speed=request.step.max_speed))
-            found = decide_by_objective(robot, window, state, request.target, now, request.previous)
+        found = self._decide(window, request)
         if found is None and others is not None:
             window = self.predict([*request.around, others], state, now)
             if given_up is not None:
@@ -236,7 +224,10 @@ class Navigator:
             own.resting[0] = max(np.abs(planned[0]).max(), np.abs(planned[1]).max()) <= AT_REST
         if step is not None:
             own.max_speed[0], own.final[0] = step.max_speed, step.final
-        kernels.decide_all(ROBOT, NO_CELLS, policy.decision(table, obstacles, request))
+        tables, in_python = policy.decision(table, obstacles, request)
+        kernels.decide_all(ROBOT, NO_CELLS, tables)
+        if in_python is not None:
+            in_python.raise_failure()
         number, work = int(own.outcome[0]), 1e-6 * float(own.work[0])
         path, response = committed_path(robots, 0, state.dimension), policy.responses[own.response[0]]
         control, preferred = own.control.copy(), own.preferred.copy()
@@ -260,10 +251,9 @@ class Navigator:
     def _stopping(self, obstacles: ObstacleWindow, request: Request) -> Decision:
         """Decision where nothing is safe, of a robot with passive safety: to be at rest before any contact."""
         state = request.state
-        if is_compiled(request.robot.objective):
-            found = self._decide(obstacles.while_moving(), request._replace(others=None))
-            if found is not None and found.safe:
-                return replace(found, outcome=Outcome.STOPPING)
+        found = self._decide(obstacles.while_moving(), request._replace(others=None))
+        if found is not None and found.safe:
+            return replace(found, outcome=Outcome.STOPPING)
         situations = self.situations(state, request.goal, request.now)
         soonest = min(
             situations, key=lambda one: (rest_time(one.response, state, self.horizon), one.response.settled(1.0))

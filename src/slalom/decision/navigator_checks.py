@@ -19,7 +19,7 @@ from slalom.checks import (
 from slalom.errors import InvalidInput
 from slalom.goal import Goal, refuse_stop
 from slalom.limits import Limits
-from slalom.objective import Arrive, FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
+from slalom.objective import Objective, needs_goal
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
@@ -29,14 +29,6 @@ from slalom.trajectory import Stationary
 
 if TYPE_CHECKING:
     from slalom.decision.navigator import Navigator
-
-FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
-"""Objectives that need no goal."""
-
-
-def is_compiled(objective: Objective) -> bool:
-    """Whether the compiled policy has this objective; it has none with a clearance beyond the margin."""
-    return type(objective) in (Arrive, *FOLLOWING) and not objective.enough_clearance
 
 
 def check_settings(robot: "Navigator") -> None:
@@ -84,12 +76,12 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective, limits:
             another dimension than the state.
     """
     if goal is None:
-        if not isinstance(objective, FOLLOWING):
+        if needs_goal(objective):
             raise InvalidInput(f"goal: expected one for the objective {objective!r}, found none")
         return Goal(Stationary(state.position))
     has(goal, *GOAL, "goal")
     same_dimension(goal.trajectory.dimension, state.dimension, "goal", "state")
-    if not isinstance(objective, FOLLOWING):
+    if needs_goal(objective):
         refuse_stop(goal, limits)
     return goal
 

@@ -1,5 +1,6 @@
 """The tables from which one robot decides: what all its decisions have in common is made once."""
 
+from dataclasses import replace
 from math import hypot
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from slalom.checks import Array, vector
 from slalom.decision.grown_bodies import Skeletons
+from slalom.decision.objective_in_python import ObjectiveInPython
 from slalom.decision.request import Request
 from slalom.decision.response_tables import response_table, stopping_deceleration
 from slalom.decision.robot_tables import (
@@ -21,9 +23,21 @@ from slalom.decision.robot_tables import (
 )
 from slalom.errors import InvalidInput
 from slalom.goal import Goal
-from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, ResponseTable, RobotTable
+from slalom.kernels.decision.tables import (
+    ARRIVE,
+    FOLLOW_ACCELERATION,
+    FOLLOW_VELOCITY,
+    IN_PYTHON,
+    MIXED,
+    NO_OBJECTIVES,
+    DecisionSettings,
+    DecisionTables,
+    Objectives,
+    ResponseTable,
+    RobotTable,
+)
 from slalom.methods import margin_among
-from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective
+from slalom.objective import FollowAcceleration, FollowVelocity, KeepAcceleration, Objective, is_compiled, parts_of
 from slalom.obstacle.pieces import Reach
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
@@ -35,9 +49,6 @@ from slalom.trajectory import Stationary
 
 if TYPE_CHECKING:
     from slalom.decision.navigator import Navigator
-
-ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
-"""The objectives of the compiled policy by number."""
 
 
 class OwnTable(NamedTuple):
@@ -94,7 +105,6 @@ class PolicyTables:
         # Nothing is known of the limits of others: they are taken to be as fast as any.
         robots.each["skeleton"][1:], robots.each["max_speed"][1:] = self._skeletons.kind[-1], np.inf
         own = robots.each[:1]
-        own["margin"], own["margin_among"] = robot.margin, self._margin
         own["rounding"] = self._skeletons.rounding[0]
         own["radius"], own["braking"] = robot.robot.bounding_radius, limits.braking
         own["max_acceleration"] = limits.max_acceleration
@@ -131,32 +141,44 @@ class PolicyTables:
         (n, pieces), q = table.robots.committed.points.shape[:2], table.robots.observed.points.shape[1]
         self._spare = {(n, pieces, q): table}
 
-    def reach(self, state: State, others: Tracks | None = None) -> Reach:
-        """Where bodies count for a robot in this state: also those at which others stop that it may meet."""
-        fastest, clearance = max(self.robot.limits.max_speed, hypot(*state.velocity)), self._clearance
+    def reach(self, state: State, others: Tracks | None = None, enough: float = 0.0) -> Reach:
+        """Where bodies count for a robot in this state: also those at which others stop that it may meet.
+
+        enough: [m] clearance beyond the margin.
+        """
+        fastest, clearance = max(self.robot.limits.max_speed, hypot(*state.velocity)), self._clearance + enough
         if others is not None and self._settings.stops_at_obstacles:
             clearance += self._margin + self.robot.robot.bounding_radius + 2.0 * float(others.radii.max())
         return Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, clearance)
 
-    def decision(self, table: OwnTable, obstacles: ObstacleWindow, request: Request) -> DecisionTables:
-        """The tables of a decision, with the robot in row 0 of a table of robots.
+    def decision(
+        self, table: OwnTable, obstacles: ObstacleWindow, request: Request
+    ) -> tuple[DecisionTables, ObjectiveInPython | None]:
+        """The tables of a decision, with the robot in row 0 of a table of robots; its objective if it is in Python.
 
         Raises:
             InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
         """
-        limits = self.robot.limits
+        limits, objective = self.robot.limits, request.robot.objective
         others, state, goal, now = request.others, request.state, request.target, request.now
         (robots, own), target = table, goal.position(now)
         own.position[:], own.velocity[:], own.acceleration[:] = state.position, state.velocity, state.acceleration
-        own.target[:], own.tolerance[0], own.stop[0] = target, goal.tolerance, goal.stop
-        own.objective[0], own.wanted[:] = _wanted(request.robot.objective, self._table, state)
+        number, wanted, objectives = _numbers(objective, self._table, state)
+        own.objective[0], own.wanted[:], in_python = number, wanted, None
+        if number == IN_PYTHON:
+            in_python = self._objective_in_python(table, request)
+            objectives = in_python.table(objectives)
+        enough = float(objective.enough_clearance)
+        own.enough[0], own.margin[0], own.margin_among[0] = enough, self.robot.margin + enough, self._margin + enough
+        arrives = number == ARRIVE or bool((objectives.kind == ARRIVE).any())
+        own.target[:], own.tolerance[0], own.stop[0] = target, goal.tolerance, goal.stop and arrives
         targets, own.moving[0] = self._at_rest, False
         if not isinstance(goal.trajectory, Stationary):
             distance = float(np.linalg.norm(target - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own.moving[:] = target_paths([goal], now, now + self.robot.horizon + latest)
         # Only costs of arrival count detours.
-        detours, around = bool(self.robot.detours) and own.objective[0] == ARRIVE, self.reach(state, others)
+        detours, around = bool(self.robot.detours) and arrives, self.reach(state, others, enough)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=detours, around=around)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))
@@ -169,11 +191,31 @@ class PolicyTables:
             kind = int(self._skeletons.kind[-1])
             met = bodies if kind == 0 else self._skeletons.grown_bodies(kind, obstacles, detours=False, around=around)
             stop_observed(kind, robots, met, settings)
-        return DecisionTables(robots, bodies, self._table, bounds, targets, settings)
+        return DecisionTables(robots, bodies, self._table, bounds, targets, settings, objectives), in_python
+
+    def _objective_in_python(self, table: OwnTable, request: Request) -> ObjectiveInPython:
+        navigator, (robots, own) = self.robot, table
+        if request.step is not None:
+            navigator = replace(navigator, limits=replace(navigator.limits, max_speed=request.step.max_speed))
+        pieces = robots.committed.points.shape[1]
+        return ObjectiveInPython(request.robot.objective, navigator, request, self.responses, own, pieces)
+
+
+def _numbers(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array, Objectives]:
+    """The number of the objective, the velocity or acceleration (d,) to follow, and its parts if it is mixed."""
+    if not is_compiled(objective):
+        return IN_PYTHON, np.zeros(state.dimension), NO_OBJECTIVES
+    numbers = [(weight, *_wanted(part, table, state)) for weight, part in parts_of(objective)]
+    if len(numbers) == 1:
+        return *numbers[0][1:], NO_OBJECTIVES
+    wanted = np.zeros((len(numbers), 3))
+    wanted[:, : state.dimension] = [one for *_, one in numbers]
+    kinds, weights = np.array([kind for _, kind, _ in numbers]), np.array([weight for weight, *_ in numbers])
+    return MIXED, np.zeros(state.dimension), NO_OBJECTIVES._replace(kind=kinds, weight=weights, wanted=wanted)
 
 
 def _wanted(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array]:
-    """The number of the objective, and the velocity or acceleration (d,) to follow."""
+    """The number of an objective without parts, and the velocity or acceleration (d,) to follow."""
     if isinstance(objective, FollowVelocity):
         return FOLLOW_VELOCITY, vector(objective.velocity, "velocity to follow", state.dimension)
     if isinstance(objective, (FollowAcceleration, KeepAcceleration)):

@@ -102,6 +102,9 @@ class RobotRow(NamedTuple):
     control: Array
     preferred: Array
     max_speed: Array  # (1,), as the rest
+    margin: Array
+    margin_among: Array
+    enough: Array
     tolerance: Array
     stop: Flags
     moving: Flags

@@ -14,7 +14,6 @@ from slalom.decision.approach import Approaches
 from slalom.decision.grown_bodies import Skeletons
 from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
 from slalom.decision.navigator_checks import checked_detours, checked_holds, within_horizon
-from slalom.decision.navigator_tables import ARRIVE
 from slalom.decision.response_tables import response_table, stopping_deceleration
 from slalom.decision.robot_tables import (
     bounds_of,
@@ -36,7 +35,14 @@ from slalom.fleet.policy import Policy
 from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
 from slalom.goal import Goal
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import DecisionSettings, DecisionTables, GrownBodies, RobotTable
+from slalom.kernels.decision.tables import (
+    ARRIVE,
+    NO_OBJECTIVES,
+    DecisionSettings,
+    DecisionTables,
+    GrownBodies,
+    RobotTable,
+)
 from slalom.limits import Limits
 from slalom.manoeuvre import Manoeuvre, first_manoeuvre
 from slalom.methods import HOLDS, Method, margin_among
@@ -264,7 +270,8 @@ class CommittedFleet:
             stop_observed(kind, self.table, own, settings)
         for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):
             own = bodies[self.table.each["skeleton"][some[0]]]
-            tables = DecisionTables(self.table, own, self.responses, self._bounds, self.targets, settings)
+            parts = self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
+            tables = DecisionTables(self.table, own, *parts)
             fall_back = partial(self.fall_back, obstacles=obstacles, now=settings.now)
             fallen |= decide_all(some, tables, fall_back, self.threads)
         return fallen

@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from slalom.checks import Array, array_of, each_number, flags, has, listing, not_before, whole_numbers
 from slalom.decision import Outcome
-from slalom.decision.navigator_tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.errors import InvalidInput
 from slalom.fleet.committed import CommittedFleet
 from slalom.fleet.guidance import Guidance
 from slalom.fleet.observation import decide_by_sight
 from slalom.goal import least_speed, refuse_stop
 from slalom.kernels.arrays import Flags, Indices
+from slalom.kernels.decision.tables import ARRIVE, FOLLOW_VELOCITY
 from slalom.linear_forecast import piecewise_polynomial
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import Obstacles, fitting

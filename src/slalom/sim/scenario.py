@@ -25,13 +25,13 @@ from slalom.checks import (
     text,
 )
 from slalom.decision.navigator import Navigator
-from slalom.decision.navigator_checks import FOLLOWING, checked_holds
+from slalom.decision.navigator_checks import checked_holds
 from slalom.errors import InvalidInput
 from slalom.goal import Goal, refuse_stop
 from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import HOLDS, Method
-from slalom.objective import Arrive, Objective
+from slalom.objective import Arrive, Objective, needs_goal
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period, checked_period, displaced, images_met
 from slalom.shape import Shape
@@ -84,7 +84,7 @@ class Robot:
                 raise InvalidInput(
                     f"{self.name}.{part}: expected dimension {self.state.dimension} as of the state, found {dimension}"
                 )
-        if not isinstance(self.objective, FOLLOWING):
+        if self.objective is None or needs_goal(self.objective):
             refuse_stop(self.goal, self.limits, f"{self.name}.goal")
 
 

@@ -150,6 +150,20 @@ def grow_margin(lost: float, within: float, begin: int, end: int, pieces: Pieces
 
 
 @kernel
+def limit_margin(i: int, extra: float, rows: ObstaclePieces, tables: DecisionTables) -> None:
+    """Leave at most `extra` [m] of the last part, `enough`, of the margins of robot i in all radii."""
+    robot, radius, growth, margin = tables.robots.each[i], rows.pieces.radius, rows.pieces.growth, rows.margin
+    for s in range(len(radius)):
+        whole = robot.margin_among if rows.bodies[rows.pieces.body[s]].robot >= 0 else robot.margin
+        most = whole - robot.enough + extra
+        first, last = min(margin[s, 0], most), min(margin[s, 0] + margin[s, 1], most)
+        radius[s] -= margin[s, 0] - first
+        growth[s] -= margin[s, 1] - (last - first)
+        margin[s, 0] = first
+        margin[s, 1] = last - first
+
+
+@kernel
 def reduce_margin(share: float, rows: ObstaclePieces) -> None:
     """Take the `share` [1] of the whole margin off all radii."""
     for s in range(len(rows.pieces.body)):

@@ -3,12 +3,24 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.callback import call_back
 from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.passive_bodies import is_elsewhere
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
-from slalom.kernels.decision.tables import DecisionTables, Paths, Scratch
-from slalom.kernels.decision.targets import ARRIVE, FOLLOW_VELOCITY, rests_within, target_state, time_to_target
-from slalom.kernels.geometry.cubic import new_stack
+from slalom.kernels.decision.tables import (
+    ARRIVE,
+    COST,
+    FOLLOW_VELOCITY,
+    IN_PYTHON,
+    MIXED,
+    DecisionTables,
+    Objectives,
+    Paths,
+    Robot,
+    Scratch,
+)
+from slalom.kernels.decision.targets import rests_within, target_state, time_to_target
+from slalom.kernels.geometry.cubic import copy_into, new_stack
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
 from slalom.tolerances import ARRIVAL_SAMPLES, BALL_WINDOWS
@@ -129,7 +141,43 @@ def difference_cost(
 
 
 @inlined
+def take_part(robot: Robot, p: int, objectives: Objectives) -> None:
+    """Let a robot with a mixed objective have its part p."""
+    robot.objective = objectives.kind[p]
+    copy_into(robot.wanted[:], objectives.wanted[p])
+
+
+@kernel
+def cost_in_python(until: float, to: float, paths: Paths, row: int, tables: DecisionTables) -> float:
+    """Cost [s] of row `row` of `paths` by an objective in Python: up to `until` [s], then at constant velocity up to
+    `to` [s] if that is later."""
+    objectives = tables.objectives
+    copy_into(objectives.path.times[0], paths.times[row])
+    copy_into(objectives.path.points[0], paths.points[row])
+    return float(call_back(objectives.address, COST, -1, until, to))
+
+
+@inlined
 def manoeuvre_cost(
+    i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
+) -> float:
+    """Cost [s] of row `row` of `paths` for robot i by its objective, see `cost_by_part`; of a mixed one the mean."""
+    robot, parts = tables.robots.each[i], tables.objectives
+    if robot.objective == IN_PYTHON:
+        return cost_in_python(until, to, paths, row, tables)
+    mixed, cost = robot.objective == MIXED, 0.0
+    for p in range(len(parts.kind) if mixed else 1):
+        if mixed:
+            take_part(robot, p, parts)
+        part = cost_by_part(i, until, to, paths, row, near, tables, scratch)
+        cost += parts.weight[p] * part if mixed else part
+    if mixed:
+        robot.objective = MIXED
+    return cost
+
+
+@inlined
+def cost_by_part(
     i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
 ) -> float:
     """Time [s] that robot i needs to its target: on row `row` of `paths` until `until` [s], then without obstacles.
@@ -190,14 +238,31 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
             middle = -peak_drift(robot, p, axis, responses) / responses.peaks[p, 4]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
     response_path(robot, r, inside, responses, settings, until, scratch.paths, 0)
-    if robot.objective != ARRIVE:
+    if robot.objective == IN_PYTHON:
+        return cost_in_python(until, until, scratch.paths, 0, tables)
+    mixed, cost, parts = robot.objective == MIXED, 0.0, tables.objectives
+    for p in range(len(parts.kind) if mixed else 1):
+        if mixed:
+            take_part(robot, p, parts)
+        part = optimistic_part(i, until, tables, scratch)
+        cost += parts.weight[p] * part if mixed else part
+    if mixed:
+        robot.objective = MIXED
+    return cost
+
+
+@inlined
+def optimistic_part(i: int, until: float, tables: DecisionTables, scratch: Scratch) -> float:
+    """As `cost_by_part`, of the first row of the scratch's paths, without obstacles."""
+    robots, settings = tables.robots, tables.settings
+    if robots.each[i].objective != ARRIVE:
         return float(difference_cost(i, until, until, scratch.paths, 0, tables, scratch))
     arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))
     if arrival >= 0.0:
         return arrival
-    then = settings.now + until
-    position, velocity = scratch.position, scratch.velocity
-    return float(until + time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch))
+    then, position, velocity = settings.now + until, scratch.position, scratch.velocity
+    left = time_to_target(i, then, position, velocity, robots, tables.responses, tables.targets, scratch)
+    return float(until + left)
 
 
 @kernel

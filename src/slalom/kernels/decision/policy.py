@@ -5,10 +5,10 @@ FALL_BACK is returned where a robot overlaps a body or will at once; `slalom.dec
 
 import numpy as np
 
-from slalom.kernels.arrays import Indices, PositionMap
+from slalom.kernels.arrays import Array, Indices, PositionMap
 from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.cell_list import build_cell_list, robots_in_reach
-from slalom.kernels.decision.encounters import obstacle_pieces, reduce_margin
+from slalom.kernels.decision.encounters import limit_margin, obstacle_pieces, reduce_margin
 from slalom.kernels.decision.latest_collision import free_without_margin, latest_collision
 from slalom.kernels.decision.limits import admissible_set, is_too_fast, largest_error, obeys_turning_bounds
 from slalom.kernels.decision.manoeuvre_cost import manoeuvre_cost, new_scratch, optimistic_cost
@@ -44,6 +44,7 @@ from slalom.kernels.selection.violation import deepest_violation
 from slalom.kernels.squared import squared
 from slalom.tolerances import (
     BALL_WINDOWS,
+    CLEARANCE_STEPS,
     COMMITTED_SLACK,
     CONTACT_SLACK,
     COST_TIE,
@@ -193,7 +194,7 @@ def is_measured_at_rest(robot: Robot, dimension: int) -> bool:
     return bool(robot.stop and not robot.moving and square <= most and speed <= most)
 
 
-@inlined
+@kernel
 def best_response(
     i: int,
     rows: ObstaclePieces,
@@ -266,6 +267,44 @@ def best_response(
             copy_into(search.control, u)
 
 
+@kernel
+def most_clearance(
+    i: int,
+    rows: ObstaclePieces,
+    met: Indices,
+    near: Indices,
+    optimistic: Array,
+    tables: DecisionTables,
+    search: ResponseSearch,
+    safe: bool,
+) -> tuple[int, int]:
+    """As `best_response`, with as much of the last part of the margin, `enough`, as the robot can keep.
+
+    That clearance is found by bisection, to `enough` / 2^CLEARANCE_STEPS. Without a choice nothing of `enough` is left
+    in `rows`. `optimistic` (k,) [s]: the costs of all responses.
+    """
+    radius, growth, margin = rows.pieces.radius.copy(), rows.pieces.growth.copy(), rows.margin.copy()
+    low, high, best, best_outcome, control = 0.0, tables.robots.each[i].enough, -1, CONSTRAINED, np.zeros(3)
+    for step in range(CLEARANCE_STEPS + 1):
+        extra = 0.0 if step == 0 else 0.5 * (low + high)
+        copy_into(rows.pieces.radius, radius)
+        copy_into(rows.pieces.growth, growth)
+        for s in range(len(radius)):
+            copy_into(rows.margin[s], margin[s])
+        limit_margin(i, extra, rows, tables)
+        copy_into(search.costs, optimistic)
+        r, outcome = best_response(i, rows, met, near, tables, search, False, safe)
+        if r >= 0:
+            low, best, best_outcome = extra, r, outcome
+            copy_into(control, search.control)
+        elif step == 0:
+            return r, outcome
+        else:
+            high = extra
+    copy_into(search.control, control)
+    return best, best_outcome
+
+
 @inlined
 def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSearch:
     """The search of robot i, with the optimistic costs of its responses and with buffers."""
@@ -323,6 +362,8 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
             copy_into(search.costs, optimistic)
         keep = level == 0 and may_keep
         r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
+        if step == 1 and r < 0 and outcome == CONSTRAINED and robot.enough > 0.0:
+            r, outcome = most_clearance(i, rows, met, near, optimistic, tables, search, safe)
         if outcome in (KEPT, INTERRUPTED):
             return outcome
         if r >= 0:

@@ -3,11 +3,22 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags
+from slalom.kernels.callback import call_back
 from slalom.kernels.decision.limits import admissible_set, excess
-from slalom.kernels.decision.manoeuvre_cost import optimistic_cost
-from slalom.kernels.decision.tables import DecisionTables, ResponseSearch, ResponseTable, Scratch
-from slalom.kernels.decision.targets import ARRIVE, FOLLOW_ACCELERATION, desired_velocity, target_state
-from slalom.kernels.geometry.cubic import value
+from slalom.kernels.decision.manoeuvre_cost import optimistic_cost, take_part
+from slalom.kernels.decision.tables import (
+    ARRIVE,
+    FOLLOW_ACCELERATION,
+    IN_PYTHON,
+    MIXED,
+    PREFERRED,
+    DecisionTables,
+    ResponseSearch,
+    ResponseTable,
+    Scratch,
+)
+from slalom.kernels.decision.targets import desired_velocity, target_state
+from slalom.kernels.geometry.cubic import copy_into, value
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
 from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_ROOT, AIM_STEPS, AIM_TIMES, COST_TIE, FASTEST_SLACK
@@ -15,7 +26,53 @@ from slalom.tolerances import AIM_FIRST, AIM_LATEST, AIM_ROOT, AIM_STEPS, AIM_TI
 
 @inlined
 def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scratch: Scratch, u: Array) -> None:
-    """Write the control of response r that robot i prefers into u (3,).
+    """Write the control of response r that robot i prefers into u (3,), see `preferred_by_part`.
+
+    With a mixed objective it is the mean of those of the parts. With one in Python and an `angle` [rad], it leads to
+    the velocity to which the preferred control leads, turned.
+    """
+    robot, parts = tables.robots.each[i], tables.objectives
+    if robot.objective == IN_PYTHON:
+        preferred_in_python(i, r, angle, tables, u)
+        return
+    mixed = robot.objective == MIXED
+    part = np.zeros(3) if mixed else u
+    for p in range(len(parts.kind) if mixed else 1):
+        if mixed:
+            take_part(robot, p, parts)
+        preferred_by_part(i, r, angle, tables, scratch, part)
+        for axis in range(3 if mixed else 0):
+            u[axis] = (u[axis] if p > 0 else 0.0) + parts.weight[p] * part[axis]
+    if mixed:
+        robot.objective = MIXED
+
+
+@kernel
+def preferred_in_python(i: int, r: int, angle: float, tables: DecisionTables, u: Array) -> None:
+    """Write the control of response r that an objective in Python prefers into u (3,), see `preferred_control`."""
+    robot, objectives, shares = tables.robots.each[i], tables.objectives, tables.responses.each[r].settled_velocity
+    call_back(objectives.address, PREFERRED, r - tables.responses.kinds[robot.kind], 0.0, 0.0)
+    copy_into(u, objectives.preferred)
+    if angle != 0.0:
+        drift, reached = np.zeros(3), np.zeros(3)
+        for axis in range(3):
+            drift[axis] = shares[0] * robot.velocity[axis] + shares[1] * robot.acceleration[axis]
+            reached[axis] = drift[axis] + shares[2] * u[axis]
+        turn(reached, angle)
+        for axis in range(3):
+            u[axis] = (reached[axis] - drift[axis]) / shares[2]
+
+
+@inlined
+def turn(velocity: Array, angle: float) -> None:
+    """Turn a velocity (d,) [m/s] by an angle [rad] about the third axis."""
+    c, s = np.cos(angle), np.sin(angle)
+    velocity[0], velocity[1] = c * velocity[0] - s * velocity[1], s * velocity[0] + c * velocity[1]
+
+
+@inlined
+def preferred_by_part(i: int, r: int, angle: float, tables: DecisionTables, scratch: Scratch, u: Array) -> None:
+    """Write the control of response r that robot i prefers by an objective without parts into u (3,).
 
     To follow an acceleration: the control that begins with it. To pass through its goal: the control that reaches it at
     the earliest time. Otherwise, or if no admissible control does: the control that settles at the desired velocity.
@@ -46,8 +103,7 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
         position[axis] = robot.position[axis] + ahead * velocity[axis]
     desired_velocity(i, settings.now + ahead, step, position, velocity, robots, tables.targets, scratch)
     if angle != 0.0:
-        c, s = np.cos(angle), np.sin(angle)
-        desired[0], desired[1] = c * desired[0] - s * desired[1], s * desired[0] + c * desired[1]
+        turn(desired, angle)
     shares = responses.each[r].settled_velocity
     for axis in range(d):
         u[axis] = (desired[axis] - (shares[0] * velocity[axis] + shares[1] * robot.acceleration[axis])) / shares[2]

@@ -1,5 +1,6 @@
 """The tables from which the decisions of many robots are made."""
 
+import ctypes
 from typing import Annotated, Final, NamedTuple
 
 import numpy as np
@@ -71,6 +72,7 @@ class Robot:
     radius: float  # [m] of the bounding ball about the position
     margin: float  # [m] to keep from passive bodies
     margin_among: float  # [m] to keep from other robots
+    enough: float  # [m] the last part of both margins: the robot keeps as much of it as it can, without `SQUEEZED`
     priority: float  # > 0: of two robots that share the avoidance, the one with more does less of it
     world: int  # number of the world: robots meet only robots and bodies of their own
     max_speed: float  # [m/s]
@@ -82,7 +84,7 @@ class Robot:
     stop: bool  # whether to stop at the target
     moving: bool  # whether the target moves, see `TargetPaths`
     final: bool  # whether the target is the goal, to be reached exactly, and no waypoint
-    objective: int  # 0 arrive at the target, 1 follow a velocity, 2 follow an acceleration
+    objective: int  # its number, see ARRIVE
     wanted: Vector  # [m/s or m/s^2] velocity or acceleration to follow
     present: bool
     ball_centers: Annotated[
@@ -227,6 +229,38 @@ class DecisionSettings(NamedTuple):
     budget: float  # [us] of counted work after which a decision ends if a safe manoeuvre is known
 
 
+ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION, MIXED, IN_PYTHON = 0, 1, 2, 3, 4
+"""Objectives by number. MIXED has parts of the first three, see `Objectives`; IN_PYTHON is called, see `callback`."""
+
+PREFERRED, COST = 0, 1
+"""Questions to an objective in Python: the preferred control of a response; the cost of `Objectives.path`."""
+
+CALLBACK: Final = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_double)
+"""The type of a function that kernels call: a question, the number of a response, two times [s]; a number."""
+
+
+class Objectives(NamedTuple):
+    """The parts of a mixed objective, or what kernels exchange with an objective that is written in Python."""
+
+    kind: Indices  # (k,) the number of each part
+    weight: Array  # (k,) their sum is 1
+    wanted: Array  # (k, 3) [m/s or m/s^2] velocity or acceleration to follow
+    address: int  # of the function that answers for an objective in Python, see CALLBACK; 0: none
+    preferred: Array  # (3,) the preferred control, an answer
+    path: Paths  # the motion of which the cost is asked
+
+
+NO_OBJECTIVES: Final = Objectives(
+    kind=np.empty(0, np.int64),
+    weight=np.empty(0),
+    wanted=np.empty((0, 3)),
+    address=0,
+    preferred=np.empty(3),
+    path=Paths(np.empty((0, 0)), np.empty((0, 0, 4, 3))),
+)
+"""For robots whose objectives have no parts."""
+
+
 class DecisionTables(NamedTuple):
     """All inputs of a decision except the cell list."""
 
@@ -236,6 +270,7 @@ class DecisionTables(NamedTuple):
     bounds: Bounds
     targets: TargetPaths
     settings: DecisionSettings
+    objectives: Objectives
 
 
 class MetBody:

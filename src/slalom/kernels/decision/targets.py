@@ -3,15 +3,12 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.tables import ResponseTable, Robot, RobotTable, Scratch, TargetPaths
+from slalom.kernels.decision.tables import FOLLOW_VELOCITY, ResponseTable, Robot, RobotTable, Scratch, TargetPaths
 from slalom.kernels.decision.time_to_go import passing_velocity, stopping_speed, time_to_go
 from slalom.kernels.geometry.cubic import slope, value
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.squared import squared
 from slalom.tolerances import AT_REST, BRAKING_SHARE, INTERCEPTION_STEPS, INTERCEPTION_WAIT
-
-ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION = 0, 1, 2
-"""Objectives by number."""
 
 
 @kernel
