@@ -530,7 +530,7 @@ CURVE = Obstacle(Disc(1), Function(lambda t: (9.0, t), 1.0, 0.0, 0.0, 99.0))
 DECISIONS = [
     Case("listing", InvalidInput, r"holds: expected durations, found 3", lambda _: navigator(holds=3)),
     Case(
-        "ObjectiveInPython.raise_failure",
+        "preferred_control",
         InvalidInput,
         r"aims: expected one with weight and gain above 0, found none",
         lambda _: navigator(objective=Aimless()).decide(FLAT, [], GOAL),
@@ -2949,7 +2949,8 @@ def raises() -> tuple[Raise, ...]:
             inner = names
             if isinstance(child, ast.ClassDef | ast.FunctionDef):
                 inner = (*names, child.name)
-            if isinstance(child, ast.Raise):
+            # A stored error was raised elsewhere first.
+            if isinstance(child, ast.Raise) and not isinstance(child.exc, ast.Attribute):
                 found.append(Raise(".".join(names), file, child.lineno, child.end_lineno or child.lineno))
             visit(child, file, inner)
 

@@ -21,7 +21,7 @@ from slalom.limits import Limits
 from slalom.lookahead.navigator import LookAhead
 from slalom.methods import METHODS
 from slalom.mutual_avoidance import AvoidingCrowd
-from slalom.objective import Arrive, MostClearance
+from slalom.objective import Arrive, preferred_control
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
@@ -65,7 +65,8 @@ def _decide(robot: Shape, obstacles: Sequence[Obstacle], d: int = 2) -> None:
     window = ObstacleWindow(obstacles, 0.0, 6.0)
     for stop in (False, True):
         goal = replace(goal, stop=stop)
-        navigator.decide(state, obstacles, goal, objective=MostClearance(1.0, Arrive()))
+        for situation in navigator.situations(state, goal, 0.0):
+            situation.admissible.toward(preferred_control(Arrive().aims(situation)))
         goal.desired_velocity(state.position, state.velocity, 0.0, LIMITS)
         goal.time_to_go(state.position, state.velocity, 0.0, LIMITS)
     LIMITS.admissible(Acceleration(), state, 6.0).contains(_vector(1.0, 0.0, d))
