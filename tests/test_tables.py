@@ -206,7 +206,7 @@ NOT_MEASURED = {
     ("foresight", "model"),
 }
 """Tables of numbers that define something, by page and first heading."""
-COMPARED = {"paper": "test_paper.py", "performance": "test_benchmarks.py", "fleets": "this file"}
+COMPARED = {"paper": "test_paper.py", "performance": "test_benchmarks.py", "fleets": "this file", "planners": "this file"}
 """Pages whose tables a test compares with kept results, and its file."""
 WITHOUT_VERSION = {"crossings", "foresight", "navground", "navground_tables"}
 """Pages that state the command of a table, or where its runs are, and not the version."""

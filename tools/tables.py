@@ -208,7 +208,7 @@ TABLES = (
 )
 
 
-STUDIES = (StudyPage("fleets"),)
+STUDIES = (StudyPage("fleets"), StudyPage("planners"))
 
 
 def scenario_text(row: Row) -> str:
