@@ -228,8 +228,15 @@ def test_rows_of_baselines_have_the_settings_that_were_found() -> None:
     assert sorted(best) == sorted({*listed, *own})
     rows = [*read_study(FOLDER / "planners.yaml").rows, *tables.TABLES[0].rows]
     made = {" ".join([tables.scenario_text(row), str(name)]) for row in rows for name in row.methods}
-    for (scenario, _), settings in best.items():
+    for (scenario, method), settings in best.items():
         assert f"{scenario} {settings}" in made
+        if scenario.startswith("circle") and method in best_settings.SLOW:
+            for name, own in (
+                ("ring", best_settings.RING),
+                ("random_goals", {}),
+                ("crossing_streams", best_settings.STREAMS),
+            ):
+                assert f"{best_settings.scenario_text(name, own)} {settings}" in made
 
 
 def test_collisions_count_first_then_arrivals_then_time() -> None:
