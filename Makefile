@@ -89,7 +89,7 @@ golden: .venv/test.stamp
 
 # Every table that tools/tables.py writes, in one go. TABLE_DATA is the folder with the test cases of other projects.
 tables: .venv/bench.stamp kernels
-	$(BIN)/python tools/tables.py --make roundabout_crossing --make fleets --make crowdnav --data $(TABLE_DATA) --jobs 2
+	$(BIN)/python tools/tables.py --make roundabout_crossing --make fleets --make planners --make crowdnav --data $(TABLE_DATA) --jobs 2
 
 # One decision runs on one thread, and so must the matrix products that it is compared with.
 bench: export OPENBLAS_NUM_THREADS := 1

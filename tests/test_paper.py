@@ -24,6 +24,7 @@ from slalom.paper import (
     claims_smooth,
     controller,
     findings_oscillation,
+    findings_smooth,
     obstacles,
     oscillation,
     road,
@@ -476,6 +477,32 @@ def test_the_verdict_follows_the_numbers(swaps: dict) -> None:
     few = verdict({"greedy": 8.0, "both": 0.0}, {"greedy": 8.0, "both": 4.0})
     assert f"The claim holds with fewer than {swaps['many']} robots. " in few
     assert f"variation, with {swaps['many']} robots 50 % and " in few
+
+
+def test_the_conclusion_on_smoothness_follows_the_numbers() -> None:
+    """Each effect is compared at the same interval: that of the control with the same forecast, and the reverse."""
+
+    def conclusion(**jerk: float) -> str:
+        rows = [
+            {
+                "method": name,
+                "replan": 0.1,
+                "mean_jerk": value,
+                "mean_acceleration": 2.0 if name in ("ao", "nao") else 1.0,
+            }
+            for name, value in jerk.items()
+        ]
+        return findings_smooth._effects(rows)
+
+    lower = conclusion(vo=10.0, nlvo=4.0, ao=8.0, nao=3.0)
+    assert "mean jerk is lower if accelerations are chosen. With the same forecast, AO and NAO have 75 to 80 %" in lower
+    assert "NLVO and NAO have 38 to 40 %" in lower
+    assert "Known trajectories have the larger effect." in lower
+    assert "**Correction:** the mean acceleration is not always lower. AO and NAO have 200 to 200 %" in lower
+    higher = conclusion(vo=10.0, nlvo=4.0, ao=3.0, nao=5.0)
+    assert "**Correction:** the mean jerk is not always lower if accelerations are chosen." in higher
+    assert "larger effect" not in higher
+    assert conclusion(nao=1.0) == ""
 
 
 def test_the_figure_of_the_study_shows_its_numbers(swaps: dict) -> None:

@@ -198,6 +198,25 @@ def test_runs_are_made_and_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
     assert tables.rendered(table, tables.kept(table)) == "| method |\n|---|\n| nao |\n| vo |"
 
 
+def test_missing_rows_alone_are_made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A row with all seeds in the file of runs stays as it is; one with other seeds is made again."""
+    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    rows = tuple(Row("empty", {"duration": duration}, ("nao", "vo"), 2) for duration in (0.5, 1.0))
+    table = tables.Table("empty", "page.md", rows, {})
+    tables.make(table, tmp_path / "store", 1)
+    whole = tables.kept(table)
+    text = table.runs.read_text()
+    first, *others = text.splitlines(keepends=True)
+    kept = [*others[:2], others[2].replace(",0,", ",7,"), *others[4:]]
+    kept[0] = kept[0].replace(",vo,", ",x,").replace("0.500000", "0.400000")
+    table.runs.write_text(first + "".join(kept))
+    tables.make(table, tmp_path / "other", 1, missing=True)
+    made = tables.kept(table)
+    assert made[0]["time"] == "0.400000"
+    assert made[1:] == whole[1:]
+
+
 NOT_MEASURED = {
     ("recordings", "kind"),
     ("irsim", "setting"),
@@ -206,7 +225,12 @@ NOT_MEASURED = {
     ("foresight", "model"),
 }
 """Tables of numbers that define something, by page and first heading."""
-COMPARED = {"paper": "test_paper.py", "performance": "test_benchmarks.py", "fleets": "this file"}
+COMPARED = {
+    "paper": "test_paper.py",
+    "performance": "test_benchmarks.py",
+    "fleets": "this file",
+    "planners": "this file",
+}
 """Pages whose tables a test compares with kept results, and its file."""
 WITHOUT_VERSION = {"crossings", "foresight", "navground", "navground_tables"}
 """Pages that state the command of a table, or where its runs are, and not the version."""

@@ -172,14 +172,25 @@ def share(key: str) -> Callable[[str, str, Mapping[str, Any]], str]:
     return cell
 
 
+BEST: Mapping[str, Mapping[str, float]] = {
+    "vo": {"horizon": 1.0, "patience": 0.2, "margin": 0.2},
+    "nlvo": {"horizon": 10.0, "patience": 0.05, "margin": 0.05},
+    "avo": {"horizon": 10.0, "patience": 0.01, "margin": 0.8},
+    "ao": {"horizon": 3.0, "patience": 0.0, "margin": 0.05},
+}
+"""The best settings of the baselines in `roundabout_crossing`, of benchmarks/results/best_settings.csv."""
 ORCA = ("orca", "orca_limited", "orca_inflated")
 TABLES = (
     Table(
         "roundabout_crossing",
         "README.md",
-        (Row("roundabout_crossing", {}, ("vo", "nlvo", "avo", "ao", "nao"), 200),),
+        (
+            *(Row("roundabout_crossing", settings, (name,), 100) for name, settings in BEST.items()),
+            Row("roundabout_crossing", {}, ("nao", *BEST), 100),
+        ),
         {
             "method": lambda scenario, method, row: f"`{method}`",
+            "settings": lambda scenario, method, row: scenario.partition(" ")[2] or "default",
             "runs with a collision (95 %)": share("runs_with_collision"),
             "runs that arrived (95 %)": share("runs_all_arrived"),
             "mean time of those, s": decimals("time", 1),
@@ -208,7 +219,7 @@ TABLES = (
 )
 
 
-STUDIES = (StudyPage("fleets"),)
+STUDIES = (StudyPage("fleets"), StudyPage("planners"))
 
 
 def scenario_text(row: Row) -> str:
@@ -231,31 +242,50 @@ def _text(value: Any) -> str:
     return "" if value is None else f"{value:.{DIGITS}f}" if isinstance(value, float) else str(value)
 
 
-def make(table: Table | StudyPage, store: Path, jobs: int, merge: bool = False) -> None:
+def make(table: Table | StudyPage, store: Path, jobs: int, merge: bool = False, missing: bool = False) -> None:
     """Make all runs of a table, those of the store excepted, and write its file of runs.
 
-    With `merge` make none: the file gets the rows of which all runs are in the store.
+    With `merge` make none: the file gets the rows of which all runs are in the store. With `missing` make only the rows
+    of which the file of runs does not have every seed; of the others it keeps the first seeds.
     """
+    split = [row._replace(methods=(method,)) for row in table.rows for method in row.methods]
+    seeds_of = {key_of(row): row.seeds for row in split}
+    known = {key: runs[: seeds_of[key]] for key, runs in kept_rows(table).items() if key in seeds_of} if missing else {}
+    new = [row for row in split if len(known.get(key_of(row), ())) < row.seeds]
     if not merge:
-        compare_all(table.rows, jobs=jobs, store=store, progress=lambda done, total: print(f"{done}/{total}", end="\r"))
+        compare_all(new, jobs=jobs, store=store, progress=lambda done, total: print(f"{done}/{total}", end="\r"))
     lines = []
-    for row, method in ((each, method) for each in table.rows for method in each.methods):
-        cases = cases_of(row._replace(methods=(method,)))
+    for row in split:
+        if row not in new:
+            lines += known[key_of(row)]
+            continue
+        cases = cases_of(row)
         results = dict(Store.at(store).read(cases))
         without = [case.seed for case in cases if case.key not in results]
+        scenario, method = key_of(row)
         if not without:
-            lines += [line(scenario_text(row), method, case.seed, results[case.key], table.fields) for case in cases]
+            lines += [line(scenario, method, case.seed, results[case.key], table.fields) for case in cases]
         elif not merge:
-            where = f"{scenario_text(row)} {method}"
-            raise SystemExit(f"{where}: expected results of all seeds, found none of {without}")
+            raise SystemExit(f"{scenario} {method}: expected results of all seeds, found none of {without}")
     with table.runs.open("w", newline="") as file:
         writer = csv.DictWriter(file, table.fields, lineterminator="\n")
         writer.writeheader()
         writer.writerows(lines)
     if isinstance(table, StudyPage):
-        known = json.loads(VERSIONS.read_text()) if VERSIONS.exists() else {}
+        made_with = json.loads(VERSIONS.read_text()) if VERSIONS.exists() else {}
         used = versions(contender(name) for row in table.rows for name in row.methods)
-        VERSIONS.write_text(json.dumps(known | {table.name: used}, indent=2) + "\n")
+        VERSIONS.write_text(json.dumps(made_with | {table.name: used}, indent=2) + "\n")
+
+
+def key_of(row: Row) -> tuple[str, str]:
+    """Scenario and method of a row of one method, as in the file of runs."""
+    return scenario_text(row), str(row.methods[0])
+
+
+def kept_rows(table: Table | StudyPage) -> dict[tuple[str, str], list[Run]]:
+    """The lines of the file of runs by scenario and method."""
+    runs = kept(table) if table.runs.exists() else []
+    return {key: list(group) for key, group in groupby(runs, key=lambda run: (run["scenario"], run["method"]))}
 
 
 def kept(table: Table | StudyPage) -> list[Run]:
@@ -312,6 +342,7 @@ def main(tokens: Sequence[str] | None = None) -> int:
     parser.add_argument("--store", type=Path, default=ROOT / "out" / "tables")
     parser.add_argument("--data", type=Path, help="folder of the test cases of other projects")
     parser.add_argument("--merge", action="store_true", help="make no run; take the rows that are in the store")
+    parser.add_argument("--missing", action="store_true", help="make only the rows that the file of runs lacks")
     parser.add_argument("--jobs", type=int, default=1)
     words = sys.argv[1:] if tokens is None else list(tokens)
     given = parser.parse_args(words)
@@ -320,9 +351,10 @@ def main(tokens: Sequence[str] | None = None) -> int:
     for table in every:
         if table.name in given.make:
             chosen = replace(table, data=given.data) if isinstance(table, StudyPage) else table
-            make(chosen, given.store, given.jobs, given.merge)
+            make(chosen, given.store, given.jobs, given.merge, given.missing)
         page = ROOT / table.page
-        page.write_text(table.written(page.read_text(), kept(table)))
+        if table.runs.exists():
+            page.write_text(table.written(page.read_text(), kept(table)))
     return 0
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from slalom.paper.findings_oscillation import oscillation
+from slalom.paper.findings_smooth import smoothness
 from slalom.paper.prose import Result, count_and_share, paragraph, table
 
 
@@ -224,64 +225,6 @@ def _collisions_at_shortest_interval(rows: Sequence[Result]) -> str:
         f"With a decision every {shortest:g} s and exact accelerations at lane speed 1 it collides in "
         f"{count_and_share(collisions, runs)} runs."
     )
-
-
-def smoothness(result: Result) -> list[str]:
-    """Render the findings of claim `smoothness`: acceleration and jerk."""
-    head = [
-        "method",
-        "replan, s",
-        "collided",
-        "arrived",
-        "time, s",
-        "adjustments",
-        "mean acc.",
-        "mean jerk",
-        "max jerk",
-    ]
-    lines = [
-        [
-            f"`{row['method']}`",
-            f"{row['replan']:g}",
-            str(row["runs_with_collision"]),
-            str(row["runs_that_arrived"]),
-            f"{row['time']:.1f}",
-            f"{row['adjustments']:.1f}",
-            f"{row['mean_acceleration']:.2f}",
-            f"{row['mean_jerk']:.2f}",
-            f"{row['max_jerk']:.1f}",
-        ]
-        for row in [*result["rows"]]
-    ]
-    return [
-        paragraph(
-            f"`roundabout_crossing`, {result['seeds']} seeds, steps of 0.1 s; jerk is the change of the applied "
-            "acceleration from one step to the next over 0.1 s. Means over the runs, in m/s² and m/s³:"
-        ),
-        table(
-            [*head, "heading change, rad"], [[*a, f"{r['heading_change']:.1f}"] for a, r in zip(lines, result["rows"])]
-        ),
-        paragraph(
-            f"{_compared(result['rows'])} **Correction:** choosing accelerations does not by itself make motion "
-            "smoother under the same limit. With each of these methods, a robot that selects a new control whenever "
-            "a better one is free switches between large accelerations. Motion is smooth if a free control is kept, "
-            "which NAO permits for the longest time. Compare the mean jerk of the paper's controller, kept, in the "
-            "claim `sweep`."
-        ),
-    ]
-
-
-def _compared(rows: Sequence[Result]) -> str:
-    """Return sentences with the mean acceleration and jerk of each method, one per interval."""
-    sentences = []
-    for replan in sorted({row["replan"] for row in rows}):
-        means = [
-            f"{row['method'].upper()} {row['mean_acceleration']:.2f} m/s² and {row['mean_jerk']:.1f} m/s³"
-            for row in rows
-            if row["replan"] == replan
-        ]
-        sentences.append(f"Mean acceleration and jerk with a decision every {replan:g} s: {'; '.join(means)}.")
-    return " ".join(sentences)
 
 
 def cone(result: Result) -> list[str]:
