@@ -1,7 +1,9 @@
 """Compilation of kernels where numba, the cache or the names of modules are not as usual."""
 
+import ast
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +19,51 @@ def test_no_kernel_has_the_name_of_a_module() -> None:
     """An import of the module would replace the kernel in the package."""
     modules = {path.stem for path in Path(kernels.__file__).parent.glob("*.py")}
     assert not modules & set(kernels.__all__)
+
+
+KERNELS = sorted(Path(kernels.__file__).parent.rglob("*.py"))
+
+
+def inside(*paths: Path) -> set[str]:
+    """Return paths relative to the package."""
+    return {path.relative_to(jit.ROOT / "slalom").as_posix() for path in paths}
+
+
+@pytest.mark.parametrize("file", KERNELS, ids=lambda file: file.stem)
+def test_kernels_import_at_their_heads(file: Path) -> None:
+    """Above the first two blank lines, which is all that the key of the cache reads; and nothing above `kernels`."""
+    nodes = [node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.ImportFrom)]
+    every = {node.module for node in nodes if node.module and node.module.startswith("slalom.")}
+    read = {path.relative_to(jit.ROOT).with_suffix("").as_posix().replace("/", ".") for path in jit.imported(file)}
+    assert every <= read | {name.rpartition(".")[0] for name in read}
+    assert all(path in KERNELS or "tolerances" in path.name for path in jit.made_from(file))
+
+
+def test_the_key_of_a_kernel_is_the_content_of_its_files(tmp_path: Path) -> None:
+    """An edit elsewhere compiles nothing: of the view, and of the guidance for decisions."""
+    shutil.copytree(jit.ROOT / "slalom", tmp_path / "slalom", ignore=shutil.ignore_patterns("__pycache__"))
+    policy, guidance = (
+        tmp_path / "slalom" / "kernels" / name for name in ("decision/policy.py", "guidance/traffic_circle.py")
+    )
+
+    def digests() -> list[str]:
+        for function in (jit.imported, jit.made_from, jit.sources_digest):
+            function.cache_clear()
+        return [jit.sources_digest(file, tmp_path) for file in (policy, guidance)]
+
+    def changed(name: str) -> list[bool]:
+        before = digests()
+        with (tmp_path / "slalom" / name).open("a") as file:
+            file.write("\n")
+        return [one != other for one, other in zip(before, digests())]
+
+    assert changed("view/style.py") == [False, False]
+    assert changed("kernels/decision/policy.py") == [True, False]
+    assert changed("kernels/guidance/traffic_circle.py") == [False, True]
+    assert changed("kernels/guidance/priority_inheritance.py") == [False, False]
+    assert changed("kernels/selection/exchange.py") == [True, False]
+    assert changed("kernels/jit.py") == [True, True]
+    assert inside(*jit.made_from(jit.ROOT / "none.py")) >= inside(*KERNELS)
 
 
 def halved(x: float) -> float:

@@ -16,7 +16,17 @@ from slalom import InvalidFile, InvalidInput
 from slalom.cli import DONE, call
 from slalom.peers import PEERS, contender
 from slalom.sim import Row, compare, compare_all
-from slalom.sim.sweep.case import ABOVE, SOURCES, Case, Failure, canonical, run_case, run_one, sources_digest
+from slalom.sim.sweep.case import (
+    ABOVE,
+    SOURCES,
+    SOURCES_UNGUIDED,
+    Case,
+    Failure,
+    canonical,
+    run_case,
+    run_one,
+    sources_digest,
+)
 from slalom.sim.sweep.store import Store
 from slalom.sim.sweep.study import cases_of
 
@@ -144,6 +154,22 @@ def test_edited_code_has_another_digest(tmp_path: Path) -> None:
     (copy / "goal.py").rename(copy / "aim.py")
     seen.add(sources_digest(copy))
     assert len(seen) == 6
+
+
+def test_runs_without_guidance_do_not_depend_on_it(tmp_path: Path) -> None:
+    """Their key is that of the code without it."""
+    copy = tmp_path / "slalom"
+    shutil.copytree(SOURCE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("kernels/guidance/traffic_circle.py", "fleet/guidance.py"):
+        with (copy / name).open("a") as file:
+            file.write("\n")
+    assert sources_digest(copy) != SOURCES
+    assert sources_digest(copy, guided=False) == SOURCES_UNGUIDED
+    keys = [
+        {case.content["sources"] for case in cases_of(Row(name, {"guided": guided}, ["nao"], 1))}
+        for name, guided in (("head_on", 1.0), ("circle", 0.0), ("circle", 1.0))
+    ]
+    assert keys == [{SOURCES_UNGUIDED}, {SOURCES_UNGUIDED}, {SOURCES}]
 
 
 def test_what_is_left_out_stands_above_the_simulator() -> None:

@@ -1,15 +1,16 @@
 """The one typed wrapper of numba's njit for all kernels.
 
 numba keys its disk cache by the file of a function: after an edit of a callee in another file the old code runs. Here
-the key holds a hash of all kernel sources. Where no cache can be written (a read-only installation without a writable
-home) kernels compile in every process instead of failing.
+the key holds a hash of the function's file and of all files of the package that it imports. Where no cache can be
+written (a read-only installation without a writable home) kernels compile in every process instead of failing.
 """
 
+import ast
 import gc
 import hashlib
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -32,13 +33,49 @@ from slalom.kernels.numba_extensions import (
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-def _digest() -> str:
-    folder = Path(__file__).parent
-    sources = [*sorted(folder.rglob("*.py")), folder.parent / "tolerances.py"]
-    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()
+ROOT = Path(__file__).parents[__name__.count(".")]
+"""The folder of the package `slalom`."""
 
 
-SOURCES = _digest()
+@cache
+def imported(file: Path, root: Path = ROOT) -> tuple[Path, ...]:
+    """Return the files of the package in the folder `root` that a file imports at its head, above its first function.
+
+    The head ends at two blank lines. To parse the whole files of all kernels would take a tenth of a second.
+    """
+    content = file.read_bytes()
+    try:
+        tree = ast.parse(content.partition(b"\n\n\n")[0])
+    except SyntaxError:
+        tree = ast.parse(content)
+    lines = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    names = {name for line in lines for name in (line.module, *(f"{line.module}.{one.name}" for one in line.names))}
+    paths = (
+        root.joinpath(*name.split(".")).with_suffix(".py") for name in names if name and name.startswith("slalom.")
+    )
+    return tuple(path for path in paths if path.is_file())
+
+
+@cache
+def made_from(file: Path, root: Path = ROOT) -> tuple[Path, ...]:
+    """Return a file and all files of the package that it imports, directly or not, in the order of their names.
+
+    For a function that no file holds, as in a notebook: all files of kernels, and what they import.
+    """
+    found: set[Path] = set()
+    todo = [file] if file.is_file() else list((root / "slalom" / "kernels").rglob("*.py"))
+    while todo:
+        path = todo.pop()
+        if path not in found:
+            found.add(path)
+            todo += imported(path, root)
+    return tuple(sorted(found))
+
+
+@cache
+def sources_digest(file: Path, root: Path = ROOT) -> str:
+    """Return the SHA-256 of the files that kernels of a file are made from."""
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in made_from(file, root))).hexdigest()
 
 
 class _KernelFiles(IndexDataCacheFile):
@@ -50,7 +87,7 @@ class _KernelFiles(IndexDataCacheFile):
 
     def save(self, key: Any, data: Any) -> None:
         index = self._load_index()  # type: ignore[no-untyped-call]
-        for other in [one for one in index if one[0] != SOURCES]:
+        for other in [one for one in index if one[0] != key[0]]:
             with suppress(OSError):
                 Path(self._cache_path, index.pop(other)).unlink()
         index[key] = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:12], 16))  # type: ignore[no-untyped-call]
@@ -59,16 +96,16 @@ class _KernelFiles(IndexDataCacheFile):
 
 
 class _KernelCache(FunctionCache):
-    """numba's function cache with the hash of all kernel sources in its key."""
+    """numba's function cache with the hash of the files of a kernel in its key."""
 
     def __init__(self, function: Callable[..., Any], what: str) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        self._what = what
+        self._what, self._sources = what, sources_digest(Path(function.__code__.co_filename))
         base, stamp = self._impl.filename_base, self._impl.locator.get_source_stamp()
         self._cache_file = _KernelFiles(self._cache_path, base, stamp)  # type: ignore[no-untyped-call]
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (SOURCES, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
+        return (self._sources, self._what, *super()._index_key(sig, codegen))  # type: ignore[no-untyped-call]
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load a part as a part: otherwise it would be translated unoptimised, and entries would call that code."""
@@ -89,7 +126,7 @@ class _KernelCache(FunctionCache):
 def _can_cache() -> bool:
     """Whether there is a folder for the cache that can be written."""
     try:
-        _KernelCache(_digest, "entry")
+        _KernelCache(_can_cache, "entry")
     except RuntimeError:
         return False
     return True

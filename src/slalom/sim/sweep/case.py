@@ -28,6 +28,9 @@ from slalom.sim.sweep.case_file import case_of, is_cases
 ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.py", "view", "work_rate.py")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
+GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance", "sim/run/guidance.py")
+"""Code that chooses the targets of guided robots. An edit there changes no result of other runs."""
+
 RANDOM: Final = ("message_delay", "message_loss", "sight_noise", "sight_loss")
 """Settings above 0 that make runs of one scenario differ by seed."""
 
@@ -38,24 +41,27 @@ Metric = str | Callable[[Recording], float]
 """A metric by name, or a function of a recording."""
 
 
-def sources_digest(root: Path = Path(__file__).parents[2]) -> str:
-    """Return the SHA-256 of code and data of the package in the folder `root`, without the layers ABOVE.
+def sources_digest(root: Path = Path(__file__).parents[2], *, guided: bool = True) -> str:
+    """Return the SHA-256 of code and data of the package in the folder `root` that decide a run.
 
-    The version alone would return old results after an edit. It takes some milliseconds, once per process.
+    Layers ABOVE are left out, and GUIDANCE for runs that are not `guided`. The version alone would return old results
+    after an edit. It takes some milliseconds, once per process.
     """
+    unused = ABOVE if guided else ABOVE + GUIDANCE
     found = hashlib.sha256()
     for folder, inner, names in os.walk(root):
         inner[:] = sorted(name for name in inner if name != "__pycache__")
         for name in sorted(names):
             path = Path(folder, name)
-            if path.suffix in (".py", ".csv") and path.relative_to(root).parts[0] not in ABOVE:
+            inside = path.relative_to(root).as_posix()
+            if path.suffix in (".py", ".csv") and not f"{inside}/".startswith(tuple(f"{one}/" for one in unused)):
                 content = path.read_bytes()
-                found.update(f"{path.relative_to(root).as_posix()} {len(content)}\n".encode() + content)
+                found.update(f"{inside} {len(content)}\n".encode() + content)
     return found.hexdigest()
 
 
-SOURCES: Final = sources_digest()
-"""Digest of the code that this process has imported, computed at import."""
+SOURCES, SOURCES_UNGUIDED = sources_digest(), sources_digest(guided=False)
+"""Digests of the code that this process has imported, of guided runs and of others, computed at import."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +202,7 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
     Raises:
         InvalidFile: the sources or files of the scenario differ from those of the case.
     """
-    if case.content["sources"] != SOURCES:
+    if case.content["sources"] not in (SOURCES, SOURCES_UNGUIDED):
         raise InvalidFile(
             ["slalom: expected the code that the sweep began with, found other code: it was edited since"]
         )

@@ -14,6 +14,7 @@ from slalom.peers import CONTENDERS, Peer, contender
 from slalom.sim.sweep.aggregate import aggregate
 from slalom.sim.sweep.case import (
     SOURCES,
+    SOURCES_UNGUIDED,
     Case,
     Failure,
     Metric,
@@ -207,7 +208,7 @@ def cases_of(row: Row) -> list[Case]:
             "scenario": content,
             "method": method_content(method) if by_name else {"name": method.name, "object": id(method)},
             **metrics,
-            "sources": SOURCES,
+            "sources": SOURCES if is_guided(row.scenario, settings, given) else SOURCES_UNGUIDED,
             "versions": versions([method]),
         }
         cases += [Case(name, settings, given, seed, {**shared, "seed": seed}, row.metrics) for seed in range(row.seeds)]
