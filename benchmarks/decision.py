@@ -25,7 +25,7 @@ from slalom import (
     select,
     select_many,
 )
-from slalom.objective import Arrive, Situation, preferred_control
+from slalom.decision.objective import Arrive, Situation, preferred_control
 from slalom.sim import gallery, simulate
 
 HORIZON = 6.0

@@ -24,9 +24,9 @@ from pace import DT, fleet
 from program import finish, options, table, target
 
 from slalom import ObstacleTable, method
+from slalom.model.state import State
 from slalom.sim import Recording, gallery, simulate
-from slalom.sim.run.robot_states import integrate
-from slalom.state import State
+from slalom.sim.run.states import integrate
 
 ROOM, CARS_TIME = 900.0, 12.0
 """[m^2] per robot: goals are far, so that no robot arrives. [s] after which the crossing starts again."""

@@ -17,7 +17,7 @@ import numpy as np
 from navground import sim
 
 import slalom.adapters.navground  # noqa: F401  # registers the behaviours
-from slalom.checks import Array
+from slalom.base.checks import Array
 
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "benchmarks" / "results" / "navground.csv"

@@ -15,7 +15,7 @@ import numpy as np
 from program import finish, options, table, target
 
 from slalom import Disc, Fleet, Limits, method
-from slalom.sim.run.robot_states import integrate
+from slalom.sim.run.states import integrate
 
 DT, GAP, TOLERANCE, DEEP = 0.1, 0.3, 0.2, 0.02
 COVERED = (0.12, 0.25)

@@ -15,11 +15,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 import slalom
+from slalom.base.tolerances import AT_REST
 from slalom.peers import PEERS, Discs, Team
 from slalom.sim import gallery
-from slalom.sim.run.robot_states import integrate
+from slalom.sim.run.states import integrate
 from slalom.sim.scenario import Scenario
-from slalom.tolerances import AT_REST
 
 SETTINGS: Final[Mapping[str, Mapping[str, float]]] = {
     "circle_random": {"robots": 16.0, "radius": 10.0, "robot_radius": 0.4},

@@ -19,7 +19,7 @@ from program import finish, options, table, target
 from tasks import HOLD, HORIZON, Task, classical, families
 
 from slalom import ControlObstacle, kernels, select
-from slalom.tolerances import CANDIDATES, CERTIFIED, CONTACT, ELEMENTS
+from slalom.base.tolerances import CANDIDATES, CERTIFIED, CONTACT, ELEMENTS
 
 CONTROLS, TIMES = 500, np.linspace(0.1, HORIZON, 60)
 GAIN = np.where(TIMES < HOLD, 0.5 * TIMES**2, HOLD * (TIMES - 0.5 * HOLD))

@@ -21,18 +21,7 @@ from pace import DT, ROOM, fleet, steps
 from program import finish, options, table, target
 from tasks import HORIZON, LIMITS, ROBOT, Task, decision, wander
 
-from slalom import (
-    Circular,
-    ControlObstacle,
-    Disc,
-    Goal,
-    Obstacle,
-    Sampled,
-    State,
-    Stationary,
-    method,
-    select,
-)
+from slalom import Circular, ControlObstacle, Disc, Goal, Obstacle, Sampled, State, Stationary, method, select
 
 OBSTACLES = (10, 30, 100, 300, 1000, 3000)
 KNOTS = (20, 50, 100, 200, 500)

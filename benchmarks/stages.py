@@ -20,9 +20,9 @@ from program import finish, options, table, target
 from tasks import HORIZON, Task, families
 
 from slalom import ControlObstacle, kernels, select
+from slalom.base.tolerances import CANDIDATES, ELEMENTS
+from slalom.decision.objective import Arrive, preferred_control
 from slalom.kernels.relative_motion.segments import chord_distances
-from slalom.objective import Arrive, preferred_control
-from slalom.tolerances import CANDIDATES, ELEMENTS
 
 WHOLE = "the whole decision"
 ONE_PASS = "of the choice: one pass of the chord test over all segments"

@@ -19,7 +19,7 @@ from typing import Any
 
 from program import finish, options, table, target
 
-from slalom.io.tracks import sample_data
+from slalom.io.table import sample_data
 
 REPEATS = 3
 """Runs with a full cache."""

@@ -26,8 +26,8 @@ from slalom import (
     Velocity,
     method,
 )
-from slalom.forecast import predicted
-from slalom.objective import Arrive, Situation, preferred_control
+from slalom.decision.objective import Arrive, Situation, preferred_control
+from slalom.forecast.forecast import predicted
 
 HORIZON, HOLD, OBSTACLES = 6.0, 1.0, 30
 ROBOT, LIMITS, MARGIN = Disc(1.0), Limits(8.0, 4.0), 0.025

@@ -19,7 +19,7 @@ import numpy as np
 from program import finish, options, table, target
 
 from slalom import ConstantVelocity, Decision, Limits, Navigator, ObstacleTable, State, method
-from slalom.shape import Disc
+from slalom.model.shape import Disc
 from slalom.sim import gallery
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import clearances

@@ -1,4 +1,6 @@
-"""Bounds on what a robot does, by definition: an independent answer to what `slalom.bounds` states in half-spaces."""
+"""Bounds on what a robot does, by definition: an independent answer to what `slalom.model.bounds` states in
+half-spaces.
+"""
 
 import math
 

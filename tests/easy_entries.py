@@ -10,7 +10,7 @@ from ros_messages import odom, pose
 
 from slalom import METHODS, Fleet, Navigator, State
 from slalom.adapters.ros.node import Node
-from slalom.shape import Disc
+from slalom.model.shape import Disc
 from slalom.sim import simulate
 from slalom.sim.scenario import Robot, Scenario
 from slalom.vehicle import Command, DifferentialDrive, Pose, VehicleNavigator

@@ -10,19 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom import (
-    METHODS,
-    ConstantVelocity,
-    Decision,
-    Goal,
-    Limits,
-    LookAhead,
-    Navigator,
-    Obstacle,
-    State,
-    Stationary,
-)
-from slalom.shape import round_shape
+from slalom import METHODS, ConstantVelocity, Decision, Goal, Limits, LookAhead, Navigator, Obstacle, State, Stationary
+from slalom.model.shape import round_shape
 
 PERIODS = (0.05, 0.1, 0.2)
 """[s]"""

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, ConstantAcceleration, Decision, Fleet, Method, Obstacle, ObstacleTable, Outcome, Trajectory
+from slalom.decision.methods import margin_among
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import NO_OBJECTIVES, DecisionTables
-from slalom.manoeuvre import first_manoeuvre
-from slalom.methods import margin_among
+from slalom.model.manoeuvre import first_manoeuvre
 from slalom.sim import Scenario, gallery
-from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import GuidedRun
-from slalom.sim.run.robot_states import RobotStates
+from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
+from slalom.sim.run.states import RobotStates
 
 
 class Watched(FleetDecider):

@@ -10,11 +10,11 @@ import h5py
 import numpy as np
 
 from slalom import METHODS
+from slalom.base.tolerances import HDF5_CONTENT, HDF5_DEPTH
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure import hdf5_tree
+from slalom.sim.measure import hdf5
 from slalom.sim.measure.hdf5_child import Content
-from slalom.tolerances import HDF5_CONTENT, HDF5_DEPTH
 
 
 def write_run(path: Path) -> None:
@@ -141,11 +141,11 @@ def read_here(path: Path, most: int = int(HDF5_CONTENT)) -> Content:
 
 def read_with(program: str, folder: Path) -> Recording:
     """Read a good run with a program in place of the HDF5 library, and little time."""
-    child = hdf5_tree.CHILD.read_text()
+    child = hdf5.CHILD.read_text()
     place = "    try:\n        with h5py"
     assert child.count(place) == 1
     (folder / "child.py").write_text(child.replace(place, f"    {program}\n{place}"))
     write_run(folder / "a.h5")
-    reader = hdf5_tree.Reader(folder / "child.py")
-    with patch.object(hdf5_tree, "READER", reader), patch.object(hdf5_tree, "HDF5_SECONDS", 0.05):
+    reader = hdf5.Reader(folder / "child.py")
+    with patch.object(hdf5, "READER", reader), patch.object(hdf5, "HDF5_SECONDS", 0.05):
         return Recording.load(folder / "a.h5")

@@ -32,8 +32,8 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.shape import round_shape
-from slalom.trajectory import TRAJECTORIES
+from slalom.model.shape import round_shape
+from slalom.model.trajectory import TRAJECTORIES
 
 COARSE, FINE = 0.02, 5e-4
 """[s] Between samples; where an obstacle is near."""

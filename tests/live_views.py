@@ -15,10 +15,10 @@ import pytest
 import shapely
 
 from slalom import Disc, Limits, Obstacle, State
-from slalom.goal import Goal
 from slalom.live.messages import unpack
+from slalom.model.goal import Goal
+from slalom.model.trajectory import Circular, ConstantVelocity, Stationary
 from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import Circular, ConstantVelocity, Stationary
 
 WEB = Path(__file__).parents[1] / "web"
 CHROMIUM = shutil.which("chromium")

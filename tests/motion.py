@@ -3,7 +3,7 @@
 import numpy as np
 
 from slalom import State
-from slalom.sim.run.robot_states import integrate
+from slalom.sim.run.states import integrate
 
 
 def drive(state: State, acceleration: np.ndarray, duration: float) -> State:

@@ -62,9 +62,9 @@ from slalom import (
     Uncertainty,
     Velocity,
 )
-from slalom.path import Path
-from slalom.shape import Ball, Capsule, Disc, Polygon, Polyline, Rectangle, Union, round_shape
-from slalom.trajectory.direction import direction_path
+from slalom.model.path import Path
+from slalom.model.shape import Ball, Capsule, Disc, Polygon, Polyline, Rectangle, Union, round_shape
+from slalom.model.trajectory.protocol import direction_path
 
 PERIOD = 0.1
 """[s] Control period of the simulated robots."""

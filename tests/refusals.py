@@ -42,29 +42,26 @@ from slalom import (
     enclosing_error,
     method,
 )
-from slalom.bounds import BOUNDS
+from slalom.base.registry import Kind, Registry
 from slalom.cli.viewing import view
-from slalom.io.tracks import sample_data
-from slalom.live import edits
-from slalom.live.agents import as_recorded
+from slalom.io.table import sample_data
+from slalom.live import session as edits
 from slalom.live.export import export, robot_of
-from slalom.live.messages import pack
+from slalom.live.messages import pack, renderer
 from slalom.live.notebook import widget
-from slalom.live.page import renderer
-from slalom.live.recorded import recorded
+from slalom.live.recorded import as_recorded, recorded
 from slalom.live.seen import decisions
 from slalom.live.session import Session
+from slalom.model.bounds import BOUNDS
+from slalom.model.trajectory import Sampled
 from slalom.peers import contender
-from slalom.registry import Kind, Registry
 from slalom.sim import Recording, compare, gallery, simulate
 from slalom.sim.files.patterns import SwapGoals
 from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import Sampled
 from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
-from slalom.view.film import Film
-from slalom.view.video import checked
+from slalom.view.film import Film, checked
 
 NAO = method("nao")
 ROBOT = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))
@@ -223,7 +220,7 @@ def unknown_setting(_: Path) -> object:
 
 def goal_without_position(_: Path) -> object:
     """A planning problem of CommonRoad with a goal in time only."""
-    from slalom.adapters.commonroad.target import target
+    from slalom.adapters.commonroad.scene import target
 
     goal = SimpleNamespace(state_list=[SimpleNamespace(has_value=lambda name: False)])
     return target(SimpleNamespace(planning_problem_id=7, initial_state=None, goal=goal), 0.1)

@@ -17,7 +17,7 @@ from slalom.adapters.ros.messages import Frames, odometry
 from slalom.adapters.ros.node import Node
 from slalom.adapters.ros.settings import NodeSettings
 from slalom.adapters.ros.tracked import markers, objects, obstacles
-from slalom.cli.ros import replay
+from slalom.cli.others import replay
 from slalom.vehicle import DifferentialDrive
 
 

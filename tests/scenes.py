@@ -22,10 +22,10 @@ from slalom import (
     State,
     TurningRadius,
 )
-from slalom.methods import HOLDS
-from slalom.response import RESPONSES
-from slalom.shape import Capsule, Disc, Polygon, Polyline, Rectangle, Union, round_shape
-from slalom.trajectory import TRAJECTORIES
+from slalom.decision.methods import HOLDS
+from slalom.model.response import RESPONSES
+from slalom.model.shape import Capsule, Disc, Polygon, Polyline, Rectangle, Union, round_shape
+from slalom.model.trajectory import TRAJECTORIES
 
 INITIAL_CLEARANCE = 0.05  # [m]
 FASTEST = 15.0  # [m/s]
@@ -203,7 +203,7 @@ SHAPES = {
 """Random shapes of every kind, those without a drawing of their own by their example in `parts`."""
 SHAPES |= {
     name: lambda rng, d, size, example=parts.SHAPES[name]: example(size, d)
-    for name in slalom.shape.SHAPES
+    for name in slalom.model.shape.SHAPES
     if name not in SHAPES and name not in ("disc", "ball", "polygon")
 }
 
@@ -334,12 +334,12 @@ BOUNDS = {
 
 def _like_the_bound(kind):
     def drawn(rng, d, max_acceleration):
-        return next(b for make in parts.BOUNDS.values() for b in make(d) if type(b) is slalom.bounds.BOUNDS[kind])
+        return next(b for make in parts.BOUNDS.values() for b in make(d) if type(b) is slalom.model.bounds.BOUNDS[kind])
 
     return drawn
 
 
-BOUNDS |= {kind: _like_the_bound(kind) for kind in slalom.bounds.BOUNDS if kind not in BOUNDS}
+BOUNDS |= {kind: _like_the_bound(kind) for kind in slalom.model.bounds.BOUNDS if kind not in BOUNDS}
 
 
 def _frame(rng, d):

@@ -25,7 +25,7 @@ from slalom import (
     Stationary,
     Trajectory,
 )
-from slalom.trajectory import TRAJECTORIES
+from slalom.model.trajectory import TRAJECTORIES
 
 dimensions = st.sampled_from([2, 3])
 
@@ -129,7 +129,7 @@ KINDS: dict[str, Callable[[int], SearchStrategy[Trajectory]]] = {
     "sampled": _sampled,
     "piecewise_polynomial": _piecewise_polynomial,
 }
-"""One strategy for each kind of trajectory, by the names of `slalom.trajectory.TRAJECTORIES`."""
+"""One strategy for each kind of trajectory, by the names of `slalom.model.trajectory.TRAJECTORIES`."""
 KINDS |= {kind: _like_the_example(kind) for kind in TRAJECTORIES if kind not in KINDS}
 
 

@@ -17,11 +17,9 @@ from slalom import (
     control_obstacle,
     kernels,
 )
-from slalom.boundary import boundary, grazing_curves
-from slalom.boundary.envelope import Window, discs_bend, may_meet, rows_of_corners, sample
-from slalom.boundary.faces import closed_lines
-from slalom.relative_motion import RelativeMotion
-from slalom.tolerances import BOUNDARY
+from slalom.base.tolerances import BOUNDARY
+from slalom.choice.envelope import RelativeMotion, Window, discs_bend, grazing_curves, may_meet, rows_of_corners, sample
+from slalom.choice.outline import boundary, closed_lines
 
 SHARE = 1e-3  # [1] of the obstacle's area by which regions may differ from it
 LEAST = 1e-3  # [1] of the window's area: smaller obstacles are judged as if they had it

@@ -23,7 +23,7 @@ from slalom import (
     control_obstacle,
     select,
 )
-from slalom.bounds import Bound
+from slalom.model.bounds import Bound
 from slalom.sim import Robot, Scenario, simulate
 
 ROUND = {

@@ -10,11 +10,10 @@ import pytest
 from numba.core.errors import TypingError
 
 import slalom
-from slalom.kernels.arrays import Corners
+from slalom.kernels.arrays import Corners, zero_records
 from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.tables import ObstacleAtHorizon
 from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.records import zero_records
 
 KERNELS = sorted((Path(slalom.__file__).parent / "kernels").rglob("*.py"))
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from slalom import METHODS, InvalidFile, InvalidInput
-from slalom.io.cadrl import Case, read_cases
+from slalom.io.pedestrians import Case, read_cases
 from slalom.sim import metrics, simulate
-from slalom.sim.gallery.open_space import cadrl
+from slalom.sim.gallery.fleets import cadrl
 
 PEERS = Path(os.environ.get("SLALOM_DATA", Path(__file__).parents[2] / "shared" / "data")) / "peers"
 HEADER = "case,agent,x,y,goal_x,goal_y,pref_speed,radius\n"

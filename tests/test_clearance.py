@@ -25,7 +25,7 @@ from slalom import (
     select,
     select_many,
 )
-from slalom.tolerances import CERTIFIED, CLEARANCE
+from slalom.base.tolerances import CERTIFIED, CLEARANCE
 
 LAG, HORIZON = 0.8, 4.0
 

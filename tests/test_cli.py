@@ -22,10 +22,10 @@ from slalom import FORESIGHTS, METHODS, InvalidInput, Outcome, kernels
 from slalom.cli import call
 from slalom.cli.console import progress
 from slalom.cli.file_keys import FAMILIES, MAPPINGS
-from slalom.forecast import foresight_of
+from slalom.decision.objective import OBJECTIVES
+from slalom.forecast.forecast import foresight_of
 from slalom.io.formats import FORMATS
-from slalom.io.tracks import SAMPLES, sample_data
-from slalom.objective import OBJECTIVES
+from slalom.io.table import SAMPLES, sample_data
 from slalom.paper.titles import TITLES
 from slalom.peers import CONTENDERS, PEERS, contender
 from slalom.sim import Recording, load, simulate

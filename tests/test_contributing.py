@@ -37,18 +37,18 @@ from slalom import (
     Uncertainty,
     Velocity,
 )
-from slalom.affine import Affine
-from slalom.bounds import BOUNDS, HalfSpaces, axes
-from slalom.checks import Array, Checked, NotNegative, Positive, positive, vector
+from slalom.base.checks import Array, Checked, NotNegative, Positive, positive, vector
 from slalom.cli import DONE, FAILED, call
-from slalom.path import Path as Pieces, hermite_pieces
-from slalom.response import RESPONSES
-from slalom.shape import SHAPES
+from slalom.model.bounds import BOUNDS, HalfSpaces, axes
+from slalom.model.path import Path as Pieces, hermite_pieces
+from slalom.model.response import RESPONSES
+from slalom.model.shape import SHAPES
+from slalom.model.state import Affine
+from slalom.model.trajectory import TRAJECTORIES
+from slalom.model.trajectory.protocol import Endless
+from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.sim import Recording, Robot, Scenario, compare, metrics, read_scenario, simulate
 from slalom.sim.gallery import GALLERY, Entry, build
-from slalom.trajectory import TRAJECTORIES
-from slalom.trajectory.protocol import Endless
-from slalom.uncertainty import UNCERTAINTIES
 
 ROOT = Path(__file__).parents[1]
 RECIPES = (ROOT / "CONTRIBUTING.md").read_text()
@@ -387,8 +387,13 @@ def test_the_recipes_name_every_line(line: str) -> None:
 def test_the_recipes_name_files_that_are_there() -> None:
     """In the tree, and in the recipes every path."""
     tree = RECIPES[RECIPES.index("    src/slalom/") : RECIPES.index("\n    kernels/")]
-    inside = [name for line in tree.splitlines()[1:] for name in re.findall(r"^ {6}((?:[\w/]+(?:\.py|/) )+)", line)]
-    names = [name for names in inside for name in names.split()]
+    names, package = [], ""
+    for line in tree.splitlines()[1:]:
+        found = re.match(r"( {6}| {8})((?:[\w/]+(?:\.py|/) )+)", line)
+        if found:
+            inner, named = len(found[1]) == 8, found[2].split()
+            package = package if inner else named[0]
+            names += [package + name if inner else name for name in named]
     assert len(names) > 35
     for name in names:
         assert (ROOT / "src" / "slalom" / name).exists(), name

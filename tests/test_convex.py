@@ -4,11 +4,18 @@ import numpy as np
 import pytest
 
 from slalom.kernels.arrays import Hulls
-from slalom.kernels.geometry.convex import order, signed_distance
 from slalom.kernels.geometry.cubic import new_stack
-from slalom.kernels.geometry.hull_bounds import distance_bound, least_along, put_separating
-from slalom.kernels.geometry.hull_contacts import hull_below, hull_first_below
-from slalom.kernels.geometry.hulls import MovingHull, hull_distance
+from slalom.kernels.geometry.hulls import (
+    MovingHull,
+    distance_bound,
+    hull_below,
+    hull_distance,
+    hull_first_below,
+    least_along,
+    order,
+    put_separating,
+    signed_distance,
+)
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 

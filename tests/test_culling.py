@@ -25,13 +25,12 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.decision import response_tables
-from slalom.decision.grown_bodies import Skeletons
-from slalom.decision.response_tables import response_table
+from slalom.decision import tables
+from slalom.decision.tables import Skeletons, response_table
 from slalom.kernels.decision.tables import GrownBodies
+from slalom.model.path import straight_from
+from slalom.model.response import AccelerateThenStop
 from slalom.obstacle.pieces import Reach
-from slalom.path import straight_from
-from slalom.response import AccelerateThenStop
 
 PERIOD = 0.1
 
@@ -123,7 +122,7 @@ def test_decisions_are_those_with_every_piece_of_a_line(seed, turning, monkeypat
         found = by_lines.decide(state, obstacles, s.goal, now=now, previous=decision)
         if k == 0:
             response_table.cache_clear()
-            monkeypatch.setattr(response_tables, "straight_from", len)
+            monkeypatch.setattr(tables, "straight_from", len)
         exact = by_pieces.decide(state, obstacles, s.goal, now=now, previous=decision)
         assert found.outcome is exact.outcome
         assert found.manoeuvre.response == exact.manoeuvre.response

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import slalom
-from slalom.decision.dump import TRACK_FIELDS
+from slalom.decision.document import TRACK_FIELDS
 from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.scenario_writer import scenario_text

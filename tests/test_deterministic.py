@@ -9,7 +9,7 @@ from galleries import NAMES
 
 from slalom.cli import call
 from slalom.cli.report import table_text
-from slalom.io.tracks import sample_data
+from slalom.io.table import sample_data
 from slalom.peers import contender
 from slalom.sim import Row, compare_all, simulate
 from slalom.sim.sweep.case import drawn, is_deterministic

@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 from slalom import Ball, ConstantVelocity, Goal, Limits, Navigator, Obstacle, State, Stationary, method
 from slalom.adapters.mavlink import Drone, measured, ned, setpoint
-from slalom.errors import InvalidInput
+from slalom.base.errors import InvalidInput
 
 ROOT = Path(__file__).parents[1]
 NUMBERS = st.floats(-50.0, 50.0)

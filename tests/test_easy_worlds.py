@@ -27,7 +27,7 @@ from easy_worlds import (
 from hypothesis import given, settings, strategies as st
 
 from slalom import METHODS, ConstantVelocity, Fleet, Limits, Obstacle, State
-from slalom.shape import Disc
+from slalom.model.shape import Disc
 
 ALONE = [name for name, method in METHODS.items() if not method.shared]
 VELOCITY = ("vo", "rvo", "nlvo", "avo")

@@ -7,11 +7,10 @@ import pytest
 from fleets import OneByOne
 
 from slalom import METHODS, Disc, Goal, Limits, State, Stationary
-from slalom.methods import margin_among
+from slalom.decision.methods import margin_among
 from slalom.sim import Robot, Scenario, gallery, simulate
-from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import GuidedRun
-from slalom.sim.run.robot_states import RobotStates
+from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
+from slalom.sim.run.states import RobotStates
 
 SHARED = METHODS["nao_shared"]
 FLEETS = {

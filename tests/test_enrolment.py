@@ -19,19 +19,19 @@ from test_recording import same_bits
 
 import slalom
 from slalom import METHODS, Goal, Limits, Obstacle, State, Stationary
-from slalom.bounds import BOUNDS
-from slalom.checks import Checked
-from slalom.errors import SlalomError
-from slalom.forecast import FORECASTS
-from slalom.response import RESPONSES
-from slalom.shape import SHAPES, Union, round_shape
+from slalom.base.checks import Checked
+from slalom.base.errors import SlalomError
+from slalom.forecast.forecast import FORECASTS
+from slalom.model.bounds import BOUNDS
+from slalom.model.response import RESPONSES
+from slalom.model.shape import SHAPES, Union, round_shape
+from slalom.model.trajectory import TRAJECTORIES
+from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.sim import Recording, Robot, Scenario, metrics, read_scenario, simulate
-from slalom.trajectory import TRAJECTORIES
-from slalom.uncertainty import UNCERTAINTIES
 
 OBJECTIVES = [
     cls
-    for _, cls in inspect.getmembers(slalom.objective, inspect.isclass)
+    for _, cls in inspect.getmembers(slalom.decision.objective, inspect.isclass)
     if isinstance(cls, slalom.Objective) and not getattr(cls, "_is_protocol", False)
 ]
 
@@ -121,7 +121,7 @@ def test_every_bound_has_a_definition() -> None:
 
 def test_every_part_is_public() -> None:
     """In the stub, which is the list of public names."""
-    errors = [cls for _, cls in inspect.getmembers(slalom.errors, inspect.isclass) if issubclass(cls, SlalomError)]
+    errors = [cls for _, cls in inspect.getmembers(slalom.base.errors, inspect.isclass) if issubclass(cls, SlalomError)]
     others = [type(rule) for rule in FORECASTS.values()]
     kinds = [*TRAJECTORIES.values(), *SHAPES.values(), *RESPONSES, *BOUNDS.values(), *UNCERTAINTIES.values()]
     for cls in (*kinds, *OBJECTIVES, *others, *errors):
@@ -130,16 +130,18 @@ def test_every_part_is_public() -> None:
 
 
 def test_every_class_of_a_room_is_registered() -> None:
-    """A public dataclass of trajectory/ and response/ that fits the protocol: registered, or known not to be."""
+    """A public dataclass of model/trajectory/ and model/response/ that fits the protocol: registered, or known not to
+    be.
+    """
     known = {"Composite", "Function", "AccelerationSequence", "TimeInvariant"}
     there = {cls.__name__ for cls in (*TRAJECTORIES.values(), *RESPONSES)} | known
     for room, members in (("trajectory", {"path", "speed_bound"}), ("response", {"knots", "settled"})):
         registry = "TRAJECTORIES" if room == "trajectory" else "RESPONSES"
-        for path in Path(slalom.__file__).with_name(room).glob("*.py"):
+        for path in (Path(slalom.__file__).with_name("model") / room).glob("*.py"):
             for node in ast.parse(path.read_text()).body:
                 if isinstance(node, ast.ClassDef) and node.name != "Trajectory" and node.name != "Response":
                     own = {item.name for item in node.body if isinstance(item, ast.FunctionDef)}
-                    message = f"slalom/{room}/__init__.py {registry}: expected every kind; add {node.name}"
+                    message = f"slalom/model/{room}/__init__.py {registry}: expected every kind; add {node.name}"
                     assert not members <= own or node.name in there, message
 
 

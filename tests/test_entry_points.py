@@ -13,17 +13,17 @@ from joblib.externals.loky import get_reusable_executor
 
 import slalom
 from slalom import METHODS, Goal, InvalidInput, Limits, Method, Navigator, State, Stationary
+from slalom.base.registry import Kind, Registry
 from slalom.cli import DONE, FAILED, call
+from slalom.decision.objective import OBJECTIVES
 from slalom.io.formats import FORMATS, read_recording
-from slalom.objective import OBJECTIVES
+from slalom.model.trajectory import Sampled
 from slalom.peers import CONTENDERS, PEERS, Peer
-from slalom.registry import Kind, Registry
 from slalom.sim import compare, compare_all, gallery, load, read_study, simulate
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.gallery import GALLERY, Entry
 from slalom.sim.measure.metrics import METRICS
 from slalom.sim.sweep.study import Row, cases_of
-from slalom.trajectory import Sampled
 
 TABLES = (METHODS, GALLERY, METRICS, OBJECTIVES, FORMATS)
 

@@ -23,8 +23,8 @@ from slalom import (
     control_obstacle,
     select,
 )
-from slalom.response import RESPONSES
-from slalom.shape import SHAPES as SERVED, round_shape
+from slalom.model.response import RESPONSES
+from slalom.model.shape import SHAPES as SERVED, round_shape
 
 CHUNKS = [*draws((2, k) for k in range(80)), *draws((3, k) for k in range(20))]
 PER_CHUNK = 25
@@ -127,7 +127,9 @@ def test_admissible_controls_obey_the_limits(chunk):
 def test_the_scenes_have_bounds_of_every_kind():
     for d in (2, 3):
         seen = [type(bound) for number in range(100) for bound in scene(number, d).limits.bounds]
-        assert all(seen.count(kind) >= 3 for kind in slalom.bounds.BOUNDS.values() if (d, kind) != (3, ConvexPolygon))
+        assert all(
+            seen.count(kind) >= 3 for kind in slalom.model.bounds.BOUNDS.values() if (d, kind) != (3, ConvexPolygon)
+        )
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ from slalom import (
     Tracks,
     method,
 )
-from slalom.forecast import AtConstantTurn, AtConstantVelocity, Forecast, FromPast, Present
+from slalom.forecast.forecast import AtConstantTurn, AtConstantVelocity, Forecast, FromPast, Present
 
 GOAL = Goal(Stationary([9.0, 0.0]), 0.3)
 START = State([0.0, 0.0], [1.0, 0.0])

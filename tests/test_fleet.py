@@ -26,15 +26,13 @@ from slalom import (
     State,
     Stationary,
 )
+from slalom.base.tolerances import COLLISION, COMMITTED_SLACK, METRIC
 from slalom.kernels import detour_lengths
 from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches
-from slalom.sim.measure.single_robot_view import single_robot_view
-from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import GuidedRun
-from slalom.sim.run.robot_states import RobotStates
-from slalom.tolerances import COLLISION, COMMITTED_SLACK, METRIC
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches, single_robot_view
+from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
+from slalom.sim.run.states import RobotStates
 
 SHARED = METHODS["nao_shared"]
 

@@ -7,9 +7,9 @@ import pytest
 from fleets import fleet_of, swap
 
 from slalom import METHODS, Disc, Fleet, Limits, Obstacle, Rectangle, Stationary, Tracks
+from slalom.base.tolerances import METRIC, PRIORITY_RATIO
 from slalom.sim import gallery, simulate
-from slalom.sim.run.robot_states import integrate
-from slalom.tolerances import METRIC, PRIORITY_RATIO
+from slalom.sim.run.states import integrate
 
 DT = 0.1
 LIMITS = Limits(1.5, 2.0)

@@ -34,9 +34,9 @@ from slalom import (
     Stationary,
     Trajectory,
 )
-from slalom.forecast import OBSERVING, predicted
+from slalom.base.tolerances import REST, STRAIGHT_TURN_RATE as STRAIGHT
+from slalom.forecast.forecast import OBSERVING, predicted
 from slalom.peers import contender
-from slalom.tolerances import REST, STRAIGHT_TURN_RATE as STRAIGHT
 
 LATER = np.linspace(0.0, 30.0, 301)
 """[s] After the observation."""
@@ -275,7 +275,7 @@ def test_one_forecast_includes_obstacles_that_appear_later(forecast: slalom.Fore
 @each_dimension
 def test_futures_of_present_obstacles_are_their_own(d: int) -> None:
     for track in TRAJECTORIES.values():
-        obstacle = Obstacle(slalom.shape.round_shape(1.0, d), track(d), after_end="leaves")
+        obstacle = Obstacle(slalom.model.shape.round_shape(1.0, d), track(d), after_end="leaves")
         for forecast in (Known(), Present()):
             assert forecast(obstacle.trajectory, 1.0) is obstacle.trajectory
             assert predicted(obstacle, forecast, 1.0) is obstacle

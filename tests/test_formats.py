@@ -20,7 +20,7 @@ from slalom import ConstantVelocity, InvalidFile, InvalidInput, Sampled
 from slalom.io.formats import FORMATS, read_recording, write_recording
 from slalom.io.geographic import project
 from slalom.io.recorded import Agent, RecordedTracks, tracks_at
-from slalom.io.tracks import read_tracks, sample_data
+from slalom.io.table import read_tracks, sample_data
 
 RECORDED = Path(os.environ.get("SLALOM_DATA", Path(__file__).parents[2] / "shared" / "data"))
 recorded = pytest.mark.skipif(not RECORDED.is_dir(), reason=f"no recordings at {RECORDED}: they are not part of slalom")

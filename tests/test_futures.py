@@ -27,13 +27,13 @@ from slalom import (
     control_obstacle,
     method,
 )
+from slalom.base.tolerances import LEAST_FUTURE
 from slalom.decision.futures import least_given_up, levels
-from slalom.forecast import FromModels, futures, predicted
+from slalom.forecast.forecast import FromModels, futures, predicted
+from slalom.model.trajectory import Sampled
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
-from slalom.tolerances import LEAST_FUTURE
-from slalom.trajectory import Sampled
 
 ROBOT, LIMITS, HORIZON = Disc(0.3), Limits(1.5, 2.0), 4.0
 STATE, GOAL = State((0.0, 0.0), (1.0, 0.0)), Goal(Stationary((8.0, 0.0)), 0.3)

@@ -10,7 +10,7 @@ from galleries import FLEETS, NAMES, WITH_PYRVO, gallery_run, nudged
 
 import slalom
 from slalom.sim import gallery, metrics, simulate
-from slalom.sim.gallery.crowdnav import start_positions, walking_positions
+from slalom.sim.gallery.worlds import start_positions, walking_positions
 from slalom.sim.shape_distance import clearances
 
 

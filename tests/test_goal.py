@@ -6,9 +6,9 @@ from hypothesis import given, strategies as st
 from parts import TRAJECTORIES
 
 from slalom import Fleet, Goal, Limits, PathGoal, Stationary, method
-from slalom.shape import Disc
-from slalom.state import State
-from slalom.trajectory import Sampled
+from slalom.model.shape import Disc
+from slalom.model.state import State
+from slalom.model.trajectory import Sampled
 
 COORDINATES = st.floats(-40.0, 40.0)
 SAMPLES = 20001

@@ -7,6 +7,7 @@ import pytest
 from draws import draws
 
 from slalom import METHODS, Disc, Fleet, Goal, Limits, Obstacle, Polyline, State, Stationary
+from slalom.base.tolerances import BUCKET_WIDTH, PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
 from slalom.kernels.guidance.grid_astar import (
     cell_costs,
     farthest_in_sight,
@@ -20,9 +21,8 @@ from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
-from slalom.sim.run.guidance import GuidedRun
-from slalom.sim.run.robot_states import RobotStates
-from slalom.tolerances import BUCKET_WIDTH, PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
+from slalom.sim.run.fleet_decider import GuidedRun
+from slalom.sim.run.states import RobotStates
 
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
 

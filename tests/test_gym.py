@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from slalom import Disc, Goal, InvalidInput, Limits, Obstacle, Polyline, State, Stationary
+from slalom.model.trajectory import Circular, Sampled
 from slalom.sim import gallery
 from slalom.sim.gallery import GALLERY
 from slalom.sim.scenario import Robot, Scenario
 from slalom.sim.shape_distance import clearances
-from slalom.trajectory import Circular, Sampled
 
 gymnasium = pytest.importorskip("gymnasium", reason="the package gymnasium is not installed")
 pytest.importorskip("pettingzoo", reason="the package PettingZoo is not installed")

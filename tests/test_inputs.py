@@ -92,7 +92,6 @@ from slalom import (
     Union,
     Velocity,
     admissible_ball,
-    checks,
     cli,
     control_obstacle,
     peers,
@@ -102,11 +101,14 @@ from slalom import (
     select_many,
     view,
 )
+from slalom.base import checks
 from slalom.cli import console
-from slalom.io import polynomials, tracks
-from slalom.io.database import rows_of_queries
+from slalom.io import polynomials, table
 from slalom.io.formats import format_of, read_recording, write_recording
+from slalom.io.pedestrians import rows_of_queries
 from slalom.io.recorded import Agent, RecordedTracks
+from slalom.model.trajectory import Composite, Function, PiecewisePolynomial
+from slalom.model.trajectory.protocol import direction_path
 from slalom.peers import PEERS, contender
 from slalom.sim import (
     Recording,
@@ -121,23 +123,18 @@ from slalom.sim import (
     simulate,
 )
 from slalom.sim.files.decision_file import _decision, read_decision
+from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.scenario_writer import scenario_text
-from slalom.sim.files.schema import ScenarioSpec
-from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
-from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_robot import GoalSpec, HeadingOfContent, Shaped, known_method
+from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, ScenarioSpec, Shaped, known_method
 from slalom.sim.gallery import build
 from slalom.sim.measure.hdf5_child import Refused
 from slalom.sim.measure.metrics import path_length
 from slalom.sim.measure.tidy_table import _imported, write_table
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
-from slalom.sim.sweep.shard import Shard
-from slalom.sim.sweep.store import Store, _Former, _refuse_another
-from slalom.sim.sweep.study_yaml import named
+from slalom.sim.sweep.store import Shard, Store, _Former, _refuse_another
+from slalom.sim.sweep.study import named
 from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
-from slalom.trajectory import Composite, Function, PiecewisePolynomial
-from slalom.trajectory.direction import direction_path
-from slalom.view import regions
+from slalom.view.control_space import admissible_region
 
 SOURCES = Path(slalom.__file__).parent
 NAN, INF = float("nan"), float("inf")
@@ -347,7 +344,7 @@ CROSS = ("run", "{}/a.csv", "--start", "0,0", "--goal", "9,9")
 def behaviour(kind: str, **settings) -> object:
     """A team of one robot in navground."""
     team = peers.Team(np.array([1.0]), np.array([2.0]), np.array([2.0]), 0.1)
-    return peers.behaviours.Behaviours(team, kind, time_horizon=10.0, **settings)
+    return peers.others.Behaviours(team, kind, time_horizon=10.0, **settings)
 
 
 def bounded() -> Scenario:
@@ -854,19 +851,19 @@ CASES = [
         "OfAnyKind.validate",
         PydanticKnownError,
         r"should be a valid dictionary",
-        lambda _: OfAnyKind(slalom.shape.SHAPES).validate(7),
+        lambda _: OfAnyKind(slalom.model.shape.SHAPES).validate(7),
     ),
     Case(
         "OfAnyKind.validate",
         PydanticKnownError,
         r"Unable to extract tag using discriminator 'kind'",
-        lambda _: OfAnyKind(slalom.shape.SHAPES).validate({"radius": 1.0}),
+        lambda _: OfAnyKind(slalom.model.shape.SHAPES).validate({"radius": 1.0}),
     ),
     Case(
         "OfAnyKind.validate",
         PydanticKnownError,
         r"Input tag 'egg' found using 'kind'",
-        lambda _: OfAnyKind(slalom.shape.SHAPES).validate({"kind": "egg"}),
+        lambda _: OfAnyKind(slalom.model.shape.SHAPES).validate({"kind": "egg"}),
     ),
     Case(
         "PartModel.build",
@@ -1177,7 +1174,7 @@ CASES = [
         "with_parameters",
         InvalidInput,
         r"method: expected plain alone, which has no parameters; found 'tau'",
-        lambda _: peers.parameters.with_parameters(len, {"tau": 1.0}, "plain"),
+        lambda _: peers.planners.with_parameters(len, {"tau": 1.0}, "plain"),
     ),
     # Numbers.
     Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),
@@ -2223,37 +2220,37 @@ CASES = [
         "read_tracks",
         InvalidFile,
         r"a\.csv:2:1: expected rows after the header, found none",
-        reading(tracks.read_tracks, "a.csv", "t,id,x,y"),
+        reading(table.read_tracks, "a.csv", "t,id,x,y"),
     ),
     Case(
         "file_size",
         InvalidFile,
         r"none\.csv: expected a readable CSV file, found ",
-        lambda folder: tracks.read_tracks(folder / "none.csv"),
+        lambda folder: table.read_tracks(folder / "none.csv"),
     ),
     Case(
         "read_tracks",
         InvalidFile,
         r"a\.csv:1:1: expected a header t,id,x,y\[,z\], found 'time,x'",
-        reading(tracks.read_tracks, "a.csv", "time,x\n"),
+        reading(table.read_tracks, "a.csv", "time,x\n"),
     ),
     Case(
         "read_tracks",
         InvalidFile,
         r"a\.csv:3:5: expected a number, found 'left'",
-        reading(tracks.read_tracks, "a.csv", ROW.replace("1,1,1", "1,1,left")),
+        reading(table.read_tracks, "a.csv", ROW.replace("1,1,1", "1,1,left")),
     ),
     Case(
         "read_tracks",
         InvalidFile,
         r"a\.csv:2:5: expected a finite number, found 'nan'",
-        reading(tracks.read_tracks, "a.csv", ROW.replace("0,1,0,0", "0,1,nan,0")),
+        reading(table.read_tracks, "a.csv", ROW.replace("0,1,0,0", "0,1,nan,0")),
     ),
     Case(
         "_by_agent",
         InvalidFile,
         r"a\.csv:4:1: expected at least two rows of agent 7, found one",
-        reading(tracks.read_tracks, "a.csv", ROW + "0,7,0,0\n"),
+        reading(table.read_tracks, "a.csv", ROW + "0,7,0,0\n"),
     ),
     *(
         Case(where, InvalidFile, message, reading(partial(read_recording, **settings), name, content))
@@ -2845,7 +2842,7 @@ CASES = [
         "admissible_region",
         InvalidInput,
         r"admissible: expected a set bounded by a ball, found none",
-        lambda _: regions.admissible_region(NEVER_BOUNDED),
+        lambda _: admissible_region(NEVER_BOUNDED),
     ),
     Case(
         "save",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapely
 
-from slalom.errors import InvalidInput
+from slalom.base.errors import InvalidInput
 
 pytest.importorskip("irsim", reason="the package ir-sim is not installed: pip install 'slalom[irsim]'")
 

@@ -94,7 +94,7 @@ def refuse(locator):
 for locator in FunctionCache._impl_class._locator_classes:
     locator.ensure_cache_path = refuse
 
-from slalom.kernels.decision.time_to_go import earliest_arrival
+from slalom.kernels.decision.targets import earliest_arrival
 print(earliest_arrival(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
@@ -113,7 +113,7 @@ from numba.core.event import Listener, register
 
 import slalom
 from slalom.cli import call
-from slalom.io.tracks import SAMPLES
+from slalom.io.table import SAMPLES
 from slalom.sim import gallery, simulate
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from slalom import (
     Velocity,
     method,
 )
-from slalom.manoeuvre import state_after
+from slalom.model.manoeuvre import state_after
 
 GOAL = Goal(Stationary((14.0, 0.0)), 0.3)
 PEOPLE = [

@@ -64,8 +64,8 @@ from slalom import (
     select,
     select_clearest,
 )
-from slalom.path import hermite
-from slalom.tolerances import ADMISSIBLE, CERTIFIED, CLEARANCE, CONTACT, INTERPOLATION, TIME
+from slalom.base.tolerances import ADMISSIBLE, CERTIFIED, CLEARANCE, CONTACT, INTERPOLATION, TIME
+from slalom.model.path import hermite
 
 BOUNDARY = 5e-6
 """[m] Nearer to contact than this, laws that ask yes or no are not asked."""

@@ -12,22 +12,18 @@ import shapely
 from live_views import WEB, crossing, drawn_region, kinds
 
 from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, State, method
-from slalom.live.agents import as_recorded
-from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
+from slalom.live.control_space import Fields, Plane
 from slalom.live.export import export, messages
-from slalom.live.fields import Fields, Plane
-from slalom.live.messages import pack, quantised, unpack
-from slalom.live.others import state_at
-from slalom.live.page import renderer
-from slalom.live.recorded import recorded
-from slalom.live.seen import decisions, seen_alone, seen_among
-from slalom.live.session import Session
+from slalom.live.messages import pack, quantised, renderer, unpack
+from slalom.live.recorded import as_recorded, recorded
+from slalom.live.seen import decisions, seen_alone, seen_among, state_at
+from slalom.live.session import Session, dragged, from_step, with_obstacle, with_setting, without_obstacle
+from slalom.model.trajectory import Circular
 from slalom.obstacle.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario
 from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import Circular
 
 
 @pytest.fixture(scope="module")

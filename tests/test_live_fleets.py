@@ -5,20 +5,15 @@ import pytest
 from live_views import kinds
 
 from slalom import Disc, Goal, Limits, Outcome, State, Stationary, method
-from slalom.live import near as nearest
-from slalom.live.control_space import planes_of
-from slalom.live.fields import Fields
+from slalom.base.tolerances import VIEW_PREDICTED, VIEW_PROJECTION_GRID
+from slalom.live import seen as nearest
+from slalom.live.control_space import NONE, OUTSIDE, Fields, planes_of, projections
 from slalom.live.messages import unpack
-from slalom.live.others import state_at
-from slalom.live.projections import NONE, OUTSIDE, projections
-from slalom.live.reasons import reasons
 from slalom.live.recorded import recorded
-from slalom.live.seen import seen_among
+from slalom.live.seen import Targets, reasons, seen_among, state_at
 from slalom.live.session import Session
-from slalom.live.targets import Targets
 from slalom.sim import Recording, Robot, Scenario, gallery, simulate
 from slalom.sim.run.simulate import Run
-from slalom.tolerances import VIEW_PREDICTED, VIEW_PROJECTION_GRID
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,9 @@ from live_views import APP, crossing, drawn_region, in_browser, opened, serving
 
 from slalom import method
 from slalom.live.export import export
-from slalom.live.others import state_at
-from slalom.live.page import renderer
+from slalom.live.messages import renderer
 from slalom.live.recorded import recorded
-from slalom.live.seen import decisions, seen_alone
+from slalom.live.seen import decisions, seen_alone, state_at
 from slalom.sim import Recording, gallery, read_scenario, simulate
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, in_browser]

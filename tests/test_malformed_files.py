@@ -17,16 +17,16 @@ from test_formats import SAMPLES, WALK
 from test_scenario_file import EVERYTHING, GROUP
 
 from slalom import InvalidFile, SlalomError
+from slalom.base.tolerances import MESSAGE_LINE
 from slalom.cli import call
-from slalom.io.cadrl import read_cases
 from slalom.io.formats import read_recording
+from slalom.io.pedestrians import read_cases
 from slalom.io.polynomials import read_polynomials
-from slalom.io.tracks import read_tracks
+from slalom.io.table import read_tracks
 from slalom.sim import Recording
 from slalom.sim.files.recorded_traffic import crossing, read_recorded
 from slalom.sim.files.scenario_yaml import read_scenario
-from slalom.sim.sweep.study_yaml import read_study
-from slalom.tolerances import MESSAGE_LINE
+from slalom.sim.sweep.study import read_study
 
 STUDY = "title: two\ntext: a text\nseeds: 2\nmethods: [nao, rvo]\nscenarios:\n  - scenario: head_on\n"
 

@@ -8,18 +8,16 @@ from draws import draws
 from hypothesis import given, settings, strategies as st
 
 from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary, Union
-from slalom.forecast import FORECASTS, AcceleratingBriefly
-from slalom.linear_forecast import linear_forecast
+from slalom.base.tolerances import METRIC
+from slalom.forecast.forecast import FORECASTS, AcceleratingBriefly
+from slalom.forecast.linear import linear_forecast
+from slalom.model.trajectory import ConstantAcceleration
 from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import summary
-from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import GuidedRun
+from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
 from slalom.sim.run.messages import Messages, messages_of
-from slalom.sim.run.robot_states import RobotStates
-from slalom.sim.run.sensing import Sensing, sensing_of
-from slalom.tolerances import METRIC
-from slalom.trajectory import ConstantAcceleration
+from slalom.sim.run.states import RobotStates, Sensing, sensing_of
 
 SHARED, OBSERVED = METHODS["nao_shared"], METHODS["nao"]
 MESSAGES = 1_000_000

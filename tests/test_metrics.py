@@ -29,14 +29,13 @@ from slalom import (
     Trajectory,
     Union,
 )
-from slalom.errors import InvalidInput
-from slalom.shape import round_shape
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import ADJUSTMENT, COLLISION, METRIC, STALLED_SPEED
+from slalom.model.shape import round_shape
 from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure.broad_phase import nearest_clearances
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches, positions_at
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches, nearest_clearances, positions_at
 from slalom.sim.measure.metrics import METRICS
-from slalom.tolerances import ADJUSTMENT, COLLISION, METRIC, STALLED_SPEED
 
 
 def driven(

@@ -7,21 +7,20 @@ from fleets import FLEETS, last_decision
 from hypothesis import given, strategies as st
 
 from slalom import kernels
+from slalom.base.tolerances import BALL_WINDOWS, CANDIDATES, ELEMENTS
 from slalom.kernels.arrays import Pieces
-from slalom.kernels.decision.cell_list import robots_in_reach
-from slalom.kernels.decision.encounters import new_bodies, obstacle_pieces
+from slalom.kernels.decision.bodies import new_bodies, obstacle_pieces
+from slalom.kernels.decision.costs import new_scratch
 from slalom.kernels.decision.limits import admissible_set
-from slalom.kernels.decision.manoeuvre_cost import new_scratch
 from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, preferred_is_free
-from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours
+from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours, robots_in_reach
 from slalom.kernels.decision.paths import state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import relative_motion
 from slalom.kernels.decision.tables import Controls, DecisionSettings, ObstaclePieces, Paths
 from slalom.kernels.geometry.cubic import new_stack, value
 from slalom.kernels.relative_motion.segments import chord_distances
-from slalom.kernels.selection.admissible import nearest_admissible
+from slalom.kernels.selection.candidates import nearest_admissible
 from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import BALL_WINDOWS, CANDIDATES, ELEMENTS
 
 CONTROL = st.lists(st.floats(-50.0, 50.0), min_size=12, max_size=12)
 

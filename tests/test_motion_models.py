@@ -19,8 +19,8 @@ from slalom import (
     Stationary,
     method,
 )
-from slalom.forecast import predicted
-from slalom.tolerances import MODEL_LEAD
+from slalom.base.tolerances import MODEL_LEAD
+from slalom.forecast.forecast import predicted
 
 STEP = 0.1
 STAMPS = np.arange(0.0, 12.0, STEP)

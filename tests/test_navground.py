@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slalom.errors import InvalidInput
-from slalom.state import State
+from slalom.base.errors import InvalidInput
+from slalom.model.state import State
 
 core = pytest.importorskip("navground.core", reason="the package navground is not installed")
 sim = pytest.importorskip("navground.sim", reason="the package navground is not installed")

@@ -47,11 +47,11 @@ from slalom import (
     advance,
     select,
 )
-from slalom.objective import preferred_control
+from slalom.base.tolerances import ADJUSTMENT, COMMITTED_SLACK, COMPARED_COLLISION, COST_TIE, MIN_IMPROVEMENT
+from slalom.decision.objective import preferred_control
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
-from slalom.tolerances import ADJUSTMENT, COMMITTED_SLACK, COMPARED_COLLISION, COST_TIE, MIN_IMPROVEMENT
 
 PERIOD = 0.1
 PLANES = (2, 3)

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from slalom import Disc, InvalidInput, Limits, State, method
-from slalom.goal import Goal
 from slalom.live import notebook
 from slalom.live.messages import unpack
 from slalom.live.notebook import widget
+from slalom.model.goal import Goal
+from slalom.model.trajectory import Stationary
 from slalom.sim import Recording, simulate
 from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import Stationary
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "docs" / "notebooks").glob("*.ipynb"))
 ROBOT = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))

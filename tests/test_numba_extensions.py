@@ -21,7 +21,7 @@ NUMBERS = {"int", "float", "bool"}
 AGAIN = """
 import numpy as np
 from slalom.kernels.jit import kernel
-from slalom.kernels.decision.manoeuvre_cost import detour_length
+from slalom.kernels.decision.costs import detour_length
 
 @kernel
 def twice(a, b):

@@ -5,7 +5,7 @@ import pytest
 from draws import draws
 
 from slalom import METHODS, ConstantVelocity, Disc, Fleet, Limits, Obstacle, Outcome, Sight, Tracks
-from slalom.sim.run.robot_states import integrate
+from slalom.sim.run.states import integrate
 
 DT, WORLDS, EACH = 0.1, 40, 3
 WITH_MARGIN = (Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT)

@@ -10,7 +10,7 @@ from hulls import Pair, turned
 from oracle import JUMP, Problem, facing
 from scenes import SHAPES, scene
 
-from slalom.shape import Capsule, Disc, Polygon, Polyline, Rectangle, Union
+from slalom.model.shape import Capsule, Disc, Polygon, Polyline, Rectangle, Union
 
 ROBOT = [(np.zeros((1, 2)), 0.0)]
 GROWN = 0.01  # [m]

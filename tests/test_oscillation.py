@@ -9,7 +9,8 @@ from parts import disc_or_ball
 from slalom import METHODS, Goal, Limits, Obstacle, Polyline, Stationary
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure.oscillation import (
+from slalom.sim.measure.closest_approach import single_robot_view
+from slalom.sim.measure.metrics import (
     PASSING,
     Passing,
     changed_choices,
@@ -18,7 +19,6 @@ from slalom.sim.measure.oscillation import (
     passing_sides,
     side_flips,
 )
-from slalom.sim.measure.single_robot_view import single_robot_view
 
 DT = 0.1
 

@@ -27,9 +27,9 @@ from slalom import (
     Tracks,
     Union,
 )
+from slalom.base.tolerances import CONTACT_SLACK, OVERLAP, SHALLOW_OVERLAP
 from slalom.obstacle.window import ObstacleWindow
-from slalom.sim.run.robot_states import integrate
-from slalom.tolerances import CONTACT_SLACK, OVERLAP, SHALLOW_OVERLAP
+from slalom.sim.run.states import integrate
 
 PERIOD = 0.1
 RADIUS = 0.3

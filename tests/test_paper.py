@@ -13,9 +13,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from slalom import METHODS, Circular, ControlObstacle, Disc, Obstacle, ObstacleWindow, State, Stationary, Velocity
+from slalom.choice.selection import select
 from slalom.cli import BAD_INPUT, DONE, call
-from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
-from slalom.limits import admissible_ball
+from slalom.forecast.forecast import AtConstantAcceleration, AtConstantVelocity
+from slalom.model.limits import admissible_ball
 from slalom.paper import (
     claims_crossing,
     claims_oscillation,
@@ -37,7 +38,6 @@ from slalom.paper.controller import RIM_RADIUS, Rules, decide, hits, latest_coll
 from slalom.paper.entries import ENTRIES
 from slalom.paper.page import page
 from slalom.paper.titles import TITLES
-from slalom.selection import select
 from slalom.sim.gallery import build
 
 pytestmark = pytest.mark.paper

@@ -23,10 +23,10 @@ from slalom import (
     State,
     Stationary,
 )
+from slalom.base.tolerances import PATH_BRAKING
 from slalom.sim import Robot, Scenario, read_scenario, simulate
 from slalom.sim.measure.metrics import min_clearance
-from slalom.sim.run.robot_states import integrate
-from slalom.tolerances import PATH_BRAKING
+from slalom.sim.run.states import integrate
 
 DT = 0.1
 CORNERS = np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (20.0, 8.0), (20.0, 0.0), (30.0, 0.0)])

@@ -21,17 +21,15 @@ from slalom import (
     Stationary,
     Tracks,
 )
-from slalom.kernels.guidance.periodic_images import is_free
+from slalom.base.tolerances import COLLISION, METRIC
+from slalom.kernels.guidance.plane import is_free
+from slalom.model.path import Path
 from slalom.obstacle.periodic import between, displaced, images_near, neighbours, to_nearest
-from slalom.path import Path
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches
-from slalom.sim.measure.oscillation import flips_between, side_flips
-from slalom.sim.measure.robot_metrics import _clearances_at_steps
-from slalom.sim.measure.single_robot_view import single_robot_view
-from slalom.sim.run.guidance import GuidedRun
-from slalom.sim.run.robot_states import RobotStates
-from slalom.tolerances import COLLISION, METRIC
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches, single_robot_view
+from slalom.sim.measure.metrics import _clearances_at_steps, flips_between, side_flips
+from slalom.sim.run.fleet_decider import GuidedRun
+from slalom.sim.run.states import RobotStates
 
 PERIOD = (24.0, np.inf)
 LIMITS = Limits(1.0, 1.0)

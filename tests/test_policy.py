@@ -39,11 +39,11 @@ from slalom import (
     Union,
     select,
 )
-from slalom.manoeuvre import Manoeuvre
-from slalom.objective import needs_goal, preferred_control
+from slalom.base.tolerances import CLEARANCE_STEPS, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
+from slalom.decision.objective import needs_goal, preferred_control
+from slalom.model.manoeuvre import Manoeuvre
 from slalom.sim import Scenario, gallery, simulate
 from slalom.sim.measure.closest_approach import between_robots
-from slalom.tolerances import CLEARANCE_STEPS, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
 
 
 def a_scene(seed: int) -> tuple[Navigator, State, list[Obstacle], Goal]:

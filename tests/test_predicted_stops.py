@@ -23,8 +23,8 @@ from slalom import (
     Stationary,
     Tracks,
 )
+from slalom.base.tolerances import STOP_DEPTH
 from slalom.sim.sweep.case import run_one
-from slalom.tolerances import STOP_DEPTH
 
 NAO = METHODS["nao"]
 LIMITS = Limits(2.0, 2.0)

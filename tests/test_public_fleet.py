@@ -30,10 +30,10 @@ from slalom import (
     Tracks,
     Union,
 )
-from slalom.errors import InvalidInput
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import ADMISSIBLE, METRIC
 from slalom.sim import Scenario, gallery, simulate
-from slalom.sim.run.robot_states import integrate
-from slalom.tolerances import ADMISSIBLE, METRIC
+from slalom.sim.run.states import integrate
 
 DT = 0.1
 ONE = np.array([(0.0, 0.0)]), np.array([(5.0, 1.0)])

@@ -11,9 +11,9 @@ import pytest
 from draws import draws
 
 from slalom import Disc, Goal, Limits, Navigator, Obstacle, Reciprocity, State, Stationary, Tracks, method
-from slalom.reciprocity import conflict
+from slalom.model.trajectory import ConstantVelocity
+from slalom.perception.reciprocity import conflict
 from slalom.sim import gallery
-from slalom.trajectory import ConstantVelocity
 
 FILE = Path(__file__).parents[1] / "benchmarks" / "reciprocity.py"
 

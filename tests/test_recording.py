@@ -28,10 +28,10 @@ from slalom import (
     Stationary,
     Trajectory,
 )
+from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure import hdf5_tree
-from slalom.trajectory import TRAJECTORIES, PiecewisePolynomial
+from slalom.sim.measure import hdf5
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
 PLAIN = (
@@ -189,14 +189,14 @@ def test_files_are_read_after_one_that_is_not(saved: tuple[Recording, Path], tmp
     """By the same process as long as each is read, by another one afterwards; threads and forks read the same."""
     (tmp_path / "text.h5").write_text("text")
     assert Recording.load(saved[1]).digest() == saved[0].digest()
-    reader = hdf5_tree.READER.process
+    reader = hdf5.READER.process
     assert Recording.load(saved[1]).digest() == saved[0].digest()
-    assert reader is hdf5_tree.READER.process
+    assert reader is hdf5.READER.process
     with pytest.raises(InvalidFile):
         Recording.load(tmp_path / "text.h5")
     with ThreadPoolExecutor(4) as pool:
         assert {run.digest() for run in pool.map(Recording.load, [saved[1]] * 8)} == {saved[0].digest()}
-    assert hdf5_tree.READER.process is not reader
+    assert hdf5.READER.process is not reader
     child = os.fork()
     if child == 0:
         os._exit(Recording.load(saved[1]).digest() != saved[0].digest())

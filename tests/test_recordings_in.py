@@ -12,25 +12,14 @@ from commands import Say, saying
 from draws import draws
 from test_formats import RECORDED, SAMPLES, WALK, recorded
 
-from slalom import (
-    FORESIGHTS,
-    METHODS,
-    Ball,
-    Circular,
-    Disc,
-    Limits,
-    Obstacle,
-    Rectangle,
-    State,
-    Stationary,
-    method,
-)
+from slalom import FORESIGHTS, METHODS, Ball, Circular, Disc, Limits, Obstacle, Rectangle, State, Stationary, method
 from slalom.cli.recorded import Crossing, Reading
 from slalom.cli.running import RECORDING_METHOD
-from slalom.goal import Goal
 from slalom.io.formats import FORMATS, format_of_suffix, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks
-from slalom.io.tracks import sample_data
+from slalom.io.table import sample_data
+from slalom.model.goal import Goal
+from slalom.model.trajectory import Sampled
 from slalom.sim import Recording, Robot, Scenario, load, simulate
 from slalom.sim.files.recorded_traffic import RADII, AgentSelection, crossing, read_recorded
 from slalom.sim.files.scenario_yaml import files_of
@@ -38,7 +27,6 @@ from slalom.sim.measure.export_tracks import as_tracks
 from slalom.sim.measure.metrics import min_clearance, summary
 from slalom.sim.scenario import SETTINGS
 from slalom.sim.sweep.case import digests_of
-from slalom.trajectory import Sampled
 
 PEOPLE = "t,id,x,y\n" + "".join(
     f"{k / 10!r},{agent},{x + k * vx / 10!r},{y + k * vy / 10!r}\n"

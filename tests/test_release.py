@@ -93,7 +93,7 @@ CHANGES = {
     "good": ({}, ""),
     "a test": ({"tests/test_a.py": ""}, "unexpected: tests/test_a.py"),
     "a cache": ({"slalom/__pycache__/a.pyc": ""}, "unexpected: slalom/__pycache__/a.pyc"),
-    "no module": ({"slalom/goal.py": None}, "missing: slalom/goal.py"),
+    "no module": ({"slalom/model/goal.py": None}, "missing: slalom/model/goal.py"),
     "no sample": ({"slalom/data/crossing.yaml": None}, "missing: slalom/data/crossing.yaml"),
     "no keywords": ({"slalom-1.dist-info/METADATA": METADATA.replace("Keywords", "Words")}, "expected Keywords"),
 }

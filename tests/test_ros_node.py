@@ -21,12 +21,11 @@ from ros_messages import (
 )
 
 from slalom import Disc, Polygon, Polyline, Rectangle
-from slalom.adapters.ros.grid import covering_polygons, grid_polygons
 from slalom.adapters.ros.messages import Frames, odometry
 from slalom.adapters.ros.node import Node
 from slalom.adapters.ros.settings import NodeSettings
-from slalom.adapters.ros.tracked import markers, objects, obstacles
-from slalom.errors import InvalidInput
+from slalom.adapters.ros.tracked import covering_polygons, grid_polygons, markers, objects, obstacles
+from slalom.base.errors import InvalidInput
 
 KINDS = Message(Twist=Message, Accel=Message, Vector3=Message)
 ANGLES = st.floats(-3.0, 3.0)

@@ -8,7 +8,7 @@ import pytest
 
 from slalom import METHODS, State
 from slalom.fleet import rounds
-from slalom.fleet.threads import map_in_threads
+from slalom.fleet.rounds import map_in_threads
 from slalom.sim import Scenario, gallery, simulate
 
 

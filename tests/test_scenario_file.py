@@ -22,13 +22,13 @@ from slalom import (
     Stationary,
     method as method_named,
 )
-from slalom.bounds import BOUNDS
-from slalom.shape import SHAPES
+from slalom.model.bounds import BOUNDS
+from slalom.model.shape import SHAPES
+from slalom.model.trajectory import TRAJECTORIES
 from slalom.sim import Scenario, load, read_scenario, simulate
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.scenario import SETTINGS
-from slalom.trajectory import TRAJECTORIES
 
 EVERYTHING = """\
 # A comment.

@@ -11,15 +11,14 @@ import pytest
 from slalom import InvalidInput
 from slalom.cli import call
 from slalom.sim import Row, compare_all
-from slalom.sim.sweep.shard import MISSING, OTHER, Shard
-from slalom.sim.sweep.store import Store
+from slalom.sim.sweep.store import MISSING, OTHER, Shard, Store
 
 ROWS = [Row("head_on", {"duration": 0.5}, ["avo", "vo"], 7), Row("empty", {"duration": 0.3}, ["avo"], 3)]
 KILLED = """
 import os, signal
 from test_shards import ROWS
 from slalom.sim import compare_all
-from slalom.sim.sweep.shard import Shard
+from slalom.sim.sweep.store import Shard
 
 def kill(done, total):
     if done == {done}:

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from slalom import Disc, FromModels, InvalidInput, Obstacle, ObstacleWindow, Sampled, Stationary, kernels
-from slalom.checks import Array
-from slalom.forecast import futures
-from slalom.kernels.arrays import TrackSamples
-from slalom.tolerances import (
+from slalom.base.checks import Array
+from slalom.base.tolerances import (
     SIMILAR_CANDIDATES,
     SIMILAR_DOUBT,
     SIMILAR_PLACE,
@@ -17,7 +15,9 @@ from slalom.tolerances import (
     SIMILAR_VELOCITY,
     SIMILAR_VELOCITY_SPAN,
 )
-from slalom.trajectory import Trajectory
+from slalom.forecast.forecast import futures
+from slalom.kernels.arrays import TrackSamples
+from slalom.model.trajectory import Trajectory
 
 STEP = 0.1
 each_dimension = pytest.mark.parametrize("d", [2, 3])

@@ -11,10 +11,9 @@ import pytest
 
 import slalom
 from slalom.cli import app
-from slalom.cli.file_keys import FAMILIES, MAPPINGS
-from slalom.cli.key_meanings import MEANINGS, OWN_UNITS, UNITS, unit_of
+from slalom.cli.file_keys import FAMILIES, MAPPINGS, MEANINGS, OWN_UNITS, UNITS, unit_of
+from slalom.sim.files.parts import model_of_part
 from slalom.sim.files.schema import ScenarioSpec
-from slalom.sim.files.schema_parts import model_of_part
 from slalom.sim.gallery import GALLERY
 from slalom.sim.measure.metrics import METRICS
 

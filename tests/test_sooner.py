@@ -7,9 +7,9 @@ import pytest
 
 import slalom
 from slalom import Decision, Disc, Goal, Limits, LookAhead, Navigator, Obstacle, Outcome, Sampled, State, Stationary
-from slalom.lookahead import plan
+from slalom.base.tolerances import SOONER_RISES, SOONER_SHARE
+from slalom.lookahead import navigator
 from slalom.lookahead.navigator import SequenceDecision
-from slalom.tolerances import SOONER_RISES, SOONER_SHARE
 
 NOW, RADIUS, MARGIN = 3.0, 0.25, 0.1
 LIMITS = Limits(1.5, 1.5)
@@ -47,7 +47,7 @@ def arrival(decision: Decision) -> float:
 def test_less_of_the_uncertainty_brings_the_arrival_forward(seed, monkeypatch):
     """By SOONER_RISES or more; else the decision is the one without this rule."""
     found = decided(seed)
-    monkeypatch.setattr(plan, "SOONER_SHARE", 1.0)
+    monkeypatch.setattr(navigator, "SOONER_SHARE", 1.0)
     patient = ROBOT.decide(STATE, crowd(seed), GOAL, now=NOW)
     if isinstance(found, SequenceDecision) and found.doubt == SOONER_SHARE:
         assert found.outcome is Outcome.SQUEEZED

@@ -143,7 +143,7 @@ def test_edited_code_has_another_digest(tmp_path: Path) -> None:
     assert sources_digest(copy) == SOURCES
     seen = {SOURCES}
     for edited in (
-        "methods.py",
+        "decision/methods.py",
         "kernels/selection/exchange.py",
         "sim/measure/metrics.py",
         "data/roundabout_ring_11.csv",
@@ -151,7 +151,7 @@ def test_edited_code_has_another_digest(tmp_path: Path) -> None:
         with (copy / edited).open("a") as file:
             file.write("\n")
         seen.add(sources_digest(copy))
-    (copy / "goal.py").rename(copy / "aim.py")
+    (copy / "model/goal.py").rename(copy / "model" / "aim.py")
     seen.add(sources_digest(copy))
     assert len(seen) == 6
 
@@ -225,7 +225,12 @@ def aged(store: Store, *cases: Case, sources: str = "0" * 64, **changes: object)
     for one in cases:
         kept = json.loads(store.path(one).read_text())
         store.path(one).unlink()
-        method = {"name": one.method, "responses": "slalom.methods._velocity", "forecast": "Known()", "share": 1.0}
+        method = {
+            "name": one.method,
+            "responses": "slalom.decision.methods._velocity",
+            "forecast": "Known()",
+            "share": 1.0,
+        }
         content = {**one.content, "method": method, "sources": sources}
         row = {**kept["row"], "digest": "0" * 64, **changes}
         written = {"format": "slalom run 1", "case": content, "row": row}

@@ -18,14 +18,12 @@ from draws import draws
 from galleries import NAMES, installed, nudged
 
 from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
-from slalom.io.cadrl import read_cases
+from slalom.io.pedestrians import read_cases
 from slalom.sim import Row, compare, compare_all, load, metrics, read_study, simulate
 from slalom.sim.gallery import GALLERY, build
-from slalom.sim.gallery.open_space import cadrl
-from slalom.sim.sweep.aggregate import mean_interval, wilson
+from slalom.sim.gallery.fleets import cadrl
 from slalom.sim.sweep.case import drawn, run_case, run_one
-from slalom.sim.sweep.study import cases_of, flat
-from slalom.sim.sweep.study_yaml import is_study, named
+from slalom.sim.sweep.study import cases_of, flat, is_study, mean_interval, named, wilson
 
 SHORT = {"duration": 3.0}
 FLEETS = Path(__file__).parents[1] / "benchmarks" / "fleets.yaml"

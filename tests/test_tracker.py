@@ -27,7 +27,7 @@ from slalom import (
     Tracks,
     method,
 )
-from slalom.uncertainty import Aged
+from slalom.model.uncertainty import Aged
 
 
 def measured(seed: int, n: int = 12, d: int = 2) -> list[tuple]:

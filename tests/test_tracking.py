@@ -10,7 +10,7 @@ from motion import drive
 from numpy.polynomial.legendre import leggauss
 
 from slalom import Disc, Goal, InvalidInput, Limits, Navigator, Obstacle, State, Stationary, TurningRadius, method
-from slalom.bounds import HeadingCone, LeastSpeed
+from slalom.model.bounds import HeadingCone, LeastSpeed
 from slalom.tracking import Bicycle, Command, DifferentialDrive, Vehicle
 
 SHARES = (0.2, 0.4, 0.6, 0.7887, 0.9, 1.0)

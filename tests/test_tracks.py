@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slalom import InvalidFile, InvalidInput
-from slalom.io.tracks import read_tracks, sample_data, window
+from slalom.io.table import read_tracks, sample_data, window
 
 TWO = """\
 t,id,x,y

@@ -27,10 +27,10 @@ from slalom import (
     TurningRadius,
     method,
 )
-from slalom.manoeuvre import Manoeuvre
-from slalom.path import hermite
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path import hermite
 from slalom.vehicle import Bicycle, Command, DifferentialDrive, Pose, VehicleNavigator
-from slalom.vehicle.motion import hermite_error
+from slalom.vehicle.vehicle import hermite_error
 
 DRIVES = {
     "service": DifferentialDrive(0.35, 1.0, 3.0, 0.3, period=0.05),

@@ -7,10 +7,10 @@ import pytest
 
 from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Rectangle, State, method
 from slalom.cli import DONE, call
-from slalom.goal import Goal
+from slalom.model.goal import Goal
+from slalom.model.trajectory import Circular, ConstantVelocity, Stationary
 from slalom.sim import Recording, gallery, simulate
 from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import Circular, ConstantVelocity, Stationary
 from slalom.view import animate
 from slalom.view.film import Film
 

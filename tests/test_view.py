@@ -19,12 +19,11 @@ from matplotlib.path import Path as Ring
 
 import slalom
 from slalom import view
-from slalom.io.tracks import sample_data
+from slalom.io.table import sample_data
 from slalom.sim import gallery, load, simulate
 from slalom.sim.scenario import Robot, Scenario
-from slalom.view.drawn_controls import drawn_controls
-from slalom.view.regions import admissible_region
-from slalom.view.scene import Picture
+from slalom.view.control_space import admissible_region, drawn_controls
+from slalom.view.fleet import Picture
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 
 

@@ -22,7 +22,7 @@ import numpy as np
 import portable
 
 import slalom
-from slalom.io.tracks import sample_data
+from slalom.io.table import sample_data
 from slalom.peers import contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, read_scenario, simulate
 from slalom.sim.measure.metrics import METRICS

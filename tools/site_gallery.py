@@ -8,13 +8,13 @@ from typing import Final
 from site_units import meaning_of
 
 import slalom
-from slalom.errors import InvalidInput
+from slalom.base.errors import InvalidInput
 from slalom.peers import contender
 from slalom.sim import gallery, simulate
 from slalom.sim.gallery import GALLERY
 from slalom.sim.measure.metrics import summary
 from slalom.sim.sweep.case import SOURCES
-from slalom.view.replay import replay
+from slalom.view.fleet import replay
 
 METHOD: Final = "nao"
 SHORTER: Final[Mapping[str, float]] = {"navground_cross_torus": 30.0, "navground_corridor": 30.0}

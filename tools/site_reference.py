@@ -13,10 +13,10 @@ from slalom.cli import app
 from slalom.cli.file_keys import FAMILIES, MAPPINGS, Key, kind_keys, mapping_keys, sentence_of
 from slalom.cli.report import FORESIGHT_SENTENCES, with_values
 from slalom.io.formats import FORMATS
-from slalom.io.tracks import SAMPLES
+from slalom.io.table import SAMPLES
 from slalom.peers import CONTENDERS
 from slalom.sim.gallery import GALLERY
-from slalom.sim.measure.hdf5_units import ARRAYS
+from slalom.sim.measure.hdf5 import ARRAYS
 from slalom.sim.measure.metrics import METRICS
 from slalom.sim.measure.tidy_table import COLUMNS
 
@@ -81,7 +81,7 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "slalom.vehicle": (),
 }
 """Public names of modules; all of `__all__` where none are named."""
-HOMES: Final = {"METHODS": "slalom.methods", "FORESIGHTS": "slalom.forecast"}
+HOMES: Final = {"METHODS": "slalom.decision.methods", "FORESIGHTS": "slalom.forecast.forecast"}
 """Modules of public names that are neither classes nor functions."""
 OWN_PAGES: Final = {"io", "peers", "sim", "tracking", "vehicle", "view"}
 """Public modules of slalom, which are documented in places of their own."""
@@ -143,7 +143,7 @@ ARRAY_LIKE: Final = re.compile(r"~?numpy\._typing\._array_like\._Buffer \| .*?\.
 
 
 def plain(signature: str) -> str:
-    """Return the text of a signature without checks of fields, see `fields.check_fields`, and with names of unions."""
+    """Return the text of a signature without checks of fields, see `checks.check_fields`, and with names of unions."""
     return CHECKED.sub(r"\1", ARRAY_LIKE.sub("ArrayLike", signature))
 
 

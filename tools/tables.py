@@ -26,12 +26,9 @@ import portable
 from slalom.cli.report import page_text
 from slalom.peers import contender
 from slalom.sim import Row, compare_all
-from slalom.sim.sweep.aggregate import aggregate
-from slalom.sim.sweep.case import is_deterministic, is_guided, run_one, versions
-from slalom.sim.sweep.case_file import is_cases
+from slalom.sim.sweep.case import is_cases, is_deterministic, is_guided, run_one, versions
 from slalom.sim.sweep.store import Store
-from slalom.sim.sweep.study import cases_of
-from slalom.sim.sweep.study_yaml import Study, read_study
+from slalom.sim.sweep.study import Study, aggregate, cases_of, read_study
 
 ROOT = Path(__file__).parents[1]
 FIELDS = ("scenario", "method", "seed", "robots", "arrived", "collisions", "time", "adjustments", "min_clearance")

@@ -20,7 +20,7 @@ from playwright.sync_api import Page, sync_playwright
 
 from slalom import method
 from slalom.sim import gallery, simulate
-from slalom.view.video import write_video
+from slalom.view.film import write_video
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 APP = "document.getElementById('slalom').slalom"

@@ -10,28 +10,28 @@ from typing import Final
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import known, whole
-from slalom.control_obstacle import ControlObstacle
+from slalom.base.checks import known, whole
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.choice.selection import select_many
 from slalom.decision import Decision
+from slalom.decision.methods import METHODS
 from slalom.decision.navigator import Navigator
+from slalom.decision.objective import Arrive, preferred_control
 from slalom.fleet.fleet import Fleet
-from slalom.forecast import FromModels
-from slalom.goal import Goal
-from slalom.limits import Limits
+from slalom.forecast.forecast import FromModels
 from slalom.lookahead.navigator import LookAhead
-from slalom.methods import METHODS
-from slalom.mutual_avoidance import AvoidingCrowd
-from slalom.objective import Arrive, preferred_control
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.path_goal import PathGoal
+from slalom.model.response import Acceleration
+from slalom.model.shape import Disc, Polyline, Rectangle, Shape, round_shape
+from slalom.model.state import State
+from slalom.model.trajectory import Circular, ConstantVelocity, Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
-from slalom.path_goal import PathGoal
-from slalom.response import Acceleration
-from slalom.selection import select_many
-from slalom.shape import Disc, Polyline, Rectangle, Shape, round_shape
-from slalom.state import State
-from slalom.trajectory import Circular, ConstantVelocity, Stationary
+from slalom.perception.crowd import AvoidingCrowd
 
 LIMITS = Limits(2.0, 2.0)
 

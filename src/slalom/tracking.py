@@ -27,12 +27,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, Checked, NotNegative, Number, Positive, positive, vector
-from slalom.errors import InvalidInput
-from slalom.fields import check_fields
-from slalom.limits import Limits
-from slalom.state import State
-from slalom.tolerances import REST
+from slalom.base.checks import Array, Checked, NotNegative, Number, Positive, check_fields, positive, vector
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import REST
+from slalom.model.limits import Limits
+from slalom.model.state import State
 
 WORST_CASE_SHARE = 1.5 + np.sqrt(3.0) / 18.0
 """[1] Largest error of position, in units of the displacement D of one period."""

@@ -4,16 +4,16 @@ from time import process_time
 
 import numpy as np
 
+from slalom.base.tolerances import WORK_DECISIONS
 from slalom.decision import Decision
+from slalom.decision.methods import METHODS
 from slalom.decision.navigator import Navigator
-from slalom.goal import Goal
-from slalom.limits import Limits
-from slalom.methods import METHODS
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.shape import Disc
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle.tracks import Tracks
-from slalom.shape import Disc
-from slalom.state import State
-from slalom.tolerances import WORK_DECISIONS
-from slalom.trajectory import Stationary
 
 
 def work_per_second() -> float:

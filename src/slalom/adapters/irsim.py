@@ -14,19 +14,19 @@ import shapely
 from irsim.lib import register_behavior_class
 from irsim.world.map.obstacle_map import OCCUPANCY_THRESHOLD
 
-from slalom.checks import Array, not_negative, positive
+from slalom.base.checks import Array, not_negative, positive
+from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
+from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.limits import Limits
-from slalom.methods import method
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.shape import Disc, Polygon, Polyline, Rectangle
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
-from slalom.shape import Disc, Polygon, Polyline, Rectangle
-from slalom.state import State
-from slalom.trajectory import Stationary
 from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
 from slalom.vehicle.navigator import VehicleDecision
 

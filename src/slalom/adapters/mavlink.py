@@ -13,12 +13,11 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import DECISION, Array, Positive, has, not_negative, number, vector, vectors
+from slalom.base.checks import DECISION, Array, Positive, check_fields, has, not_negative, number, vector, vectors
+from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
-from slalom.errors import InvalidInput
-from slalom.fields import check_fields
-from slalom.shape import Ball
-from slalom.state import State
+from slalom.model.shape import Ball
+from slalom.model.state import State
 
 LOCAL_NED: Final = 1
 """MAV_FRAME_LOCAL_NED."""

@@ -11,16 +11,16 @@ from typing import Any, cast
 
 import numpy as np
 
+from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
+from slalom.model.goal import Goal
+from slalom.model.shape import Disc, Rectangle
+from slalom.model.state import State
+from slalom.model.trajectory import Sampled, Stationary, Trajectory
+from slalom.model.uncertainty import Uncertainty
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
-from slalom.shape import Disc, Rectangle
-from slalom.state import State
-from slalom.trajectory import Sampled, Stationary, Trajectory
-from slalom.uncertainty import Uncertainty
 
 FREE = 2
 """`keepRoute` of `moveToXY`: the vehicle is placed anywhere, on the lane there if there is one."""

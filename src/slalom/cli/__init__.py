@@ -12,18 +12,14 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError, UnusedCliTokensError
 
 from slalom import __version__, kernels
+from slalom.base.errors import SlalomError
 from slalom.cli.comparing import compare
-from slalom.cli.compiling import compile_
 from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_message
-from slalom.cli.converting import convert
-from slalom.cli.deciding import decide
+from slalom.cli.files import convert, decide
 from slalom.cli.listing import list_
-from slalom.cli.reproducing import reproduce
-from slalom.cli.ros import ros
-from slalom.cli.running import run
-from slalom.cli.showing import export_scenario, show
+from slalom.cli.others import compile_, reproduce, ros
+from slalom.cli.running import export_scenario, run, show
 from slalom.cli.viewing import animate, export, view
-from slalom.errors import SlalomError
 
 __all__ = ["BAD_INPUT", "DONE", "FAILED", "app", "call", "main"]
 

@@ -1,14 +1,16 @@
 """`slalom compare`."""
 
+import csv
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cyclopts import Group, Parameter
 
-from slalom.cli.comparison_csv import csv_text
+from slalom.base.errors import InvalidInput
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -28,10 +30,63 @@ from slalom.cli.console import (
 )
 from slalom.cli.report import page_text, table_text
 from slalom.cli.running import refuse_run
-from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from slalom.sim.sweep.study_yaml import Study
+    from slalom.sim.sweep.study import Study
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Comparisons as CSV: one row for each scenario and method.
+
+
+COUNTS: Final = ("runs_with_collision", "runs_all_arrived", "runs_successful")
+"""Counts of runs with a confidence interval of their share."""
+PERCENTILES: Final = ("extra_time_50", "extra_time_75", "extra_time_90")
+"""[s] Columns of the percentiles of the extra time."""
+HEADS: Final = (
+    *("scenario", "settings", "method", "foresight", "guided", "seeds", "runs", "distinct_runs"),
+    *(name for count in COUNTS for name in (count, f"{count}_low", f"{count}_high")),
+    *("time", "time_low", "time_high", "adjustments", "jerk", *PERCENTILES, "efficacy", "min_clearance", "failures"),
+)
+"""Columns before those of further metrics. Times in s, jerk in m/s^3, clearance in m; shares of 95 % intervals."""
+
+
+def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
+    """Return rows of `study.flat` as CSV with a header; empty cells have no value.
+
+    Numbers are read back to the bit. A metric has three columns: its mean and the ends of its interval.
+    """
+    rows = list(rows)
+    metrics = list(dict.fromkeys(name for row in rows for name in row.get("metrics", ())))
+    heads = [*HEADS, *(head for name in metrics for head in (name, f"{name}_low", f"{name}_high"))]
+    stream = StringIO()
+    writer = csv.DictWriter(stream, heads, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(_cells(row) for row in rows)
+    return stream.getvalue()
+
+
+def _cells(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the cells of a row by column."""
+    cells = {name: row[name] for name in HEADS if name in row and name != "failures"}
+    cells["settings"] = " ".join(f"{name}={value!r}" for name, value in row["settings"].items())
+    cells["guided"] = str(row["guided"]).lower()
+    cells["failures"] = "; ".join(f"{len(one['seeds'])}: {one['reason']}" for one in row["failures"])
+    for name in (*COUNTS, "time"):
+        cells |= _interval(name, row[f"{name}_interval"])
+    cells |= zip(PERCENTILES, row["extra_time"] or (None,) * len(PERCENTILES))
+    for name, found in row.get("metrics", {}).items():
+        cells |= {name: found["mean"]} | _interval(name, found["interval"])
+    return cells
+
+
+def _interval(name: str, interval: list[float] | None) -> dict[str, float | None]:
+    low, high = interval or (None, None)
+    return {f"{name}_low": low, f"{name}_high": high}
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# `slalom compare`.
 
 
 WORK = Group("Where runs are made and kept", sort_key=1)
@@ -68,7 +123,7 @@ class Work:
 
     def settings(self) -> dict[str, Any]:
         """Return the keyword arguments of `compare_all`."""
-        from slalom.sim.sweep.shard import Shard
+        from slalom.sim.sweep.store import Shard
 
         shard = None if self.shard is None else Shard.named(self.shard)
         return {**vars(self), "shard": shard}
@@ -123,8 +178,7 @@ def compare(
     json
         Print one JSON object.
     """
-    from slalom.sim.sweep.study import compare_all, flat
-    from slalom.sim.sweep.study_yaml import is_study, named
+    from slalom.sim.sweep.study import compare_all, flat, is_study, named
 
     chosen, measured, changed = _listed(methods), _listed(metrics), parse_settings(settings)
     files = _sources(scenarios)
@@ -174,7 +228,7 @@ def _prepare(page: Path | None, csv: Path | None, force: bool, sources: Sequence
 
 def _exit_code(rows: Sequence[dict[str, Any]]) -> int:
     """Return FAILED if there is no run, a process was killed repeatedly, or a merge did not find a run."""
-    from slalom.sim.sweep.shard import MISSING
+    from slalom.sim.sweep.store import MISSING
 
     failures = [failure for row in rows for failure in row["failures"]]
     lost = any(failure["killed"] or failure["reason"] == MISSING.reason for failure in failures)

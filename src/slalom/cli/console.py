@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter, Token
 
-from slalom.errors import InvalidFile, InvalidInput, reason
+from slalom.base.errors import InvalidFile, InvalidInput, reason
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
@@ -94,8 +94,8 @@ def resolved(name: str) -> str:
         InvalidInput: an unknown sample; the name of a sample without `sample:`, if neither a file nor a scenario of
             the gallery has it.
     """
-    from slalom.checks import known
-    from slalom.io.tracks import SAMPLES, sample_data
+    from slalom.base.checks import known
+    from slalom.io.table import SAMPLES, sample_data
 
     if name.startswith(SAMPLE):
         return str(sample_data(known(name.removeprefix(SAMPLE), "sample", list(SAMPLES))))
@@ -148,7 +148,7 @@ class _Estimate:
 
     def advance(self, share: float) -> None:
         """Note the share done, and print the estimate if the rest is long."""
-        from slalom.tolerances import ESTIMATE_AFTER, LONG_COMMAND
+        from slalom.base.tolerances import ESTIMATE_AFTER, LONG_COMMAND
 
         now = time.monotonic()
         if self.begin is None:

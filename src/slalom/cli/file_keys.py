@@ -9,20 +9,224 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, get_args, get_ori
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from slalom.bounds import BOUNDS
-from slalom.checks import known
-from slalom.cli.key_meanings import MEANINGS, unit_of
-from slalom.objective import OBJECTIVES
-from slalom.shape import SHAPES
+from slalom.base.checks import known
+from slalom.decision.objective import OBJECTIVES
+from slalom.model.bounds import BOUNDS
+from slalom.model.shape import SHAPES
+from slalom.model.trajectory import TRAJECTORIES
+from slalom.model.uncertainty import UNCERTAINTIES
+from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.patterns import GOALS, LAYOUTS
-from slalom.sim.files.schema import ScenarioSpec
-from slalom.sim.files.schema_group import GroupGoalSpec, GroupSpec, NumberOrRange, OverrideSpec, RangeSpec
-from slalom.sim.files.schema_parts import OfAnyKind, model_of_part
-from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_robot import GoalSpec, HalfSpaceSpec, ObstacleSpec, PathSpec, RobotSpec
-from slalom.sim.sweep.study_yaml import ScenarioRowSpec, StudySpec
-from slalom.trajectory import TRAJECTORIES
-from slalom.uncertainty import UNCERTAINTIES
+from slalom.sim.files.schema import (
+    GoalSpec,
+    GroupGoalSpec,
+    GroupSpec,
+    HalfSpaceSpec,
+    NumberOrRange,
+    ObstacleSpec,
+    OverrideSpec,
+    PathSpec,
+    RangeSpec,
+    RecordingSpec,
+    RobotSpec,
+    ScenarioSpec,
+)
+from slalom.sim.sweep.study import ScenarioRowSpec, StudySpec
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Meanings and units of the keys of scenario and study files: for `slalom list keys`, and for the reference.
+
+
+ROBOT_KEYS: Final[Mapping[str, str]] = {
+    "shape": "one of the shapes; either this key or radius",
+    "radius": "[m] of a disc, in space of a ball",
+    "name": "in results and files",
+    "method": "by which it decides; by default that of the run",
+    "objective": "cost that the robot minimises; by default the time of arrival",
+    "margin": "[m] its own, by default that of the scenario",
+    "priority": "[1] of two robots, the one with the smaller value does more of the avoidance",
+    "velocity": "[m/s] at the start; by default 0",
+    "max_speed": "[m/s]",
+    "max_acceleration": "[m/s^2]",
+    "velocity_bounds": "half-spaces of the velocity [m/s]",
+    "acceleration_bounds": "half-spaces of the acceleration [m/s^2]",
+    "bounds": "that depend on the state",
+}
+"""Meaning of the keys that a robot and a group have in common."""
+
+MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
+    "ScenarioSpec": {
+        "name": "by default that of the file",
+        "robot": "the only robot: keys of a robot",
+        "robots": "several robots or groups of robots, in place of `robot`",
+        "obstacles": "keys of an obstacle",
+        "recording": "recorded agents as obstacles: keys of a recording",
+        "start": "[s] absolute time of the start",
+        "duration": "[s] after which a robot that has not arrived has failed",
+        "dt": "[s] between steps",
+        "replan": "[s] between decisions, a multiple of dt; 0: dt",
+        "horizon": "[s] within which collisions count",
+        "margin": "[m] required clearance",
+        "patience": "[1] share of the time that keeping a safe manoeuvre may cost",
+        "guided": "whether several robots in the plane go around obstacles at rest and past each other; see `Fleet`",
+        "holds": "[s] durations for which an acceleration may be held",
+        "sight_range": "[m] range of the sensors; 0: not limited",
+        "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",
+        "sight_near": "[m] radius that is sensed in all directions",
+        "occlusion": "1: obstacles at rest occlude others, 2: all obstacles do, 0: none does",
+        "hidden_speed": "[m/s] largest speed of hidden agents, with passive_safety",
+        "passive_safety": "1: hidden agents touch the robot at rest only, 2: visible ones as well, 0: neither",
+        "period": "[m] after which the world repeats along each axis, .inf where it does not",
+    },
+    "RobotSpec": {
+        **ROBOT_KEYS,
+        "position": "[m] at the start",
+        "goal": "keys of a goal",
+    },
+    "GroupSpec": {
+        **ROBOT_KEYS,
+        "name": "of the group; its robots are NAME 0, NAME 1 and so on",
+        "count": "number of robots; this key makes an entry of `robots` a group",
+        "positions": "pattern of the starts",
+        "goals": "pattern of the goals",
+        "goal": "keys that the goals of a group have in common",
+        "overrides": "robots that differ",
+    },
+    "GroupGoalSpec": {
+        "tolerance": "[m] within which a robot has arrived",
+        "stop": "whether the robots stop there",
+    },
+    "RangeSpec": {
+        "first": "of the first robot, or one end of random numbers",
+        "last": "of the last robot, evenly in between, or the other end",
+        "seed": "of random numbers, uniform between both ends",
+    },
+    "OverrideSpec": {
+        **ROBOT_KEYS,
+        "robot": "its number in the group, from 0",
+        "position": "[m] at the start",
+        "goal": "keys of a goal, in place of that of the group",
+    },
+    "GoalSpec": {
+        "position": "[m]; one of position, trajectory and path",
+        "trajectory": "of a goal that moves",
+        "path": "that leads to the goal: keys of a path",
+        "tolerance": "[m] within which the robot has arrived",
+        "stop": "whether the robot stops there",
+    },
+    "PathSpec": {
+        "points": "[m] of the polyline",
+        "speeds": "[m/s] one, or one for each point",
+        "lookahead": "[s] of driving from the robot to its target on the path",
+    },
+    "HalfSpaceSpec": {"normal": "direction", "offset": "normal . x is at most this"},
+    "ObstacleSpec": {
+        "shape": "one of the shapes; either this key or radius",
+        "radius": "[m] of a disc, in space of a ball",
+        "name": "in results",
+        "heading": "[rad] of the shape; motion: along the velocity; or a mapping of times [s] and angles [rad]",
+        "uncertainty": "of the position",
+        "trajectory": "one of the trajectories",
+    },
+    "RecordingSpec": {
+        "file": "relative to the scenario file",
+        "format": "by default recognised",
+        "radius": "[m] of agents without one in the file",
+        "agents": "ids of the only agents to read",
+        "without": "ids of agents to leave out",
+        "window": "[s] start and end, in the time of the recording",
+        "interpolation": "between rows",
+        "gap": "[s] above which a track is split",
+        "jump_speed": "[m/s] above which an agent is refused",
+        "frame_rate": "[Hz] of a format with frame numbers",
+        "unit": "of PedPy text",
+        "case": "of an INTERACTION file",
+        "columns": "names of columns of ships and aircraft",
+        "origin": "latitude, longitude [degree] and altitude [m] of 0, 0, 0",
+        "epoch": "time 0, in seconds or ISO 8601",
+        "altitude_unit": "[m] of the altitude",
+    },
+    "StudySpec": {
+        "title": "of the page",
+        "text": "first paragraph of the page",
+        "methods": "of rows without their own",
+        "seeds": "number of seeds of rows without their own",
+        "metrics": "further columns, names of `slalom list metrics`",
+        "scenarios": "rows: keys of a row of a study",
+    },
+    "ScenarioRowSpec": {
+        "scenario": "a name of the gallery, a scenario file, or a file of test cases",
+        "settings": "NAME: VALUE of parameters and settings",
+        "methods": "of this row",
+        "seeds": "number of seeds of this row",
+    },
+}
+"""Meaning of each key of files, by model; a test refuses a key without one."""
+
+UNITS: Final[Mapping[str, str]] = {
+    "acceleration": "m/s^2",
+    "at": "s",
+    "braking": "m/s^2",
+    "by": "m",
+    "center": "m",
+    "coefficients": "m, m/s, m/s^2, ...",
+    "columns": "-",
+    "corner": "m",
+    "corners": "m",
+    "correlation": "1",
+    "durations": "s",
+    "end": "m",
+    "enough": "m",
+    "enough_clearance": "m",
+    "first": "m",
+    "forward": "m/s^2",
+    "frame": "-",
+    "half_angle": "rad",
+    "half_widths": "m/s^2",
+    "heading": "1",
+    "high": "m",
+    "interpolation": "-",
+    "last": "m",
+    "lateral": "m/s^2",
+    "least": "m",
+    "length": "m",
+    "low": "m",
+    "min_distance": "m",
+    "normal": "1",
+    "parts": "-",
+    "phase": "rad",
+    "points": "m",
+    "position": "m",
+    "positions": "m",
+    "probability": "1",
+    "radius": "m",
+    "seed": "-",
+    "shapes": "-",
+    "spacing": "m",
+    "speed": "m/s",
+    "start": "m",
+    "then": "-",
+    "times": "s",
+    "velocity": "m/s",
+    "width": "m",
+}
+"""Unit of a key of any kind, SI; 1: a number without a unit, "-": no quantity."""
+OWN_UNITS: Final[Mapping[tuple[str, str], str]] = {
+    ("piecewise_polynomial", "start"): "s",
+    ("convex_polygon", "corners"): "m/s^2",
+    ("least_speed", "least"): "m/s",
+    ("kalman_error", "acceleration"): "m/s^2/sqrt(Hz)",
+}
+"""Unit of a key of one kind that differs, by kind and key."""
+
+
+def unit_of(kind: str, key: str) -> str:
+    """Return the unit of a key of a part; "-" for a key of another package."""
+    return OWN_UNITS.get((kind, key)) or UNITS.get(key, "-")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Keys of scenario and study files, from the models that read them: for `slalom list keys`, and for the reference.
 
 
 class Mapped(NamedTuple):

@@ -4,9 +4,9 @@ import inspect
 from collections.abc import Callable
 from typing import Any, Final, Literal
 
+from slalom.base.errors import InvalidInput
 from slalom.cli.console import DONE, Flag, print_result
 from slalom.cli.report import FORESIGHT_SENTENCES, list_text, with_values
-from slalom.errors import InvalidInput
 
 Rows = dict[str, dict[str, Any]]
 
@@ -67,7 +67,7 @@ def _methods() -> Rows:
 
 
 def _foresights() -> Rows:
-    from slalom.forecast import FORESIGHTS, foresight_of
+    from slalom.forecast.forecast import FORESIGHTS, foresight_of
 
     return {
         name: {"sentence": FORESIGHT_SENTENCES[name], "level": foresight_of(rule)} for name, rule in FORESIGHTS.items()
@@ -81,7 +81,7 @@ def _metrics() -> Rows:
 
 
 def _objectives() -> Rows:
-    from slalom.objective import OBJECTIVES
+    from slalom.decision.objective import OBJECTIVES
 
     return {name: {"sentence": _first_line(objective)} for name, objective in OBJECTIVES.items()}
 
@@ -99,7 +99,7 @@ def _figures() -> Rows:
 
 
 def _samples() -> Rows:
-    from slalom.io.tracks import SAMPLES
+    from slalom.io.table import SAMPLES
 
     return {name: {"sentence": sentence} for name, sentence in SAMPLES.items()}
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+from slalom.base.errors import InvalidInput
 from slalom.cli.console import Names, vector_of
-from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
     from slalom.sim import Scenario
@@ -71,7 +71,7 @@ class Reading:
 
     def settings(self) -> dict[str, Any]:
         """Return the keyword arguments of `io.formats.read_recording`."""
-        from slalom.sim.files.schema_recording import number_or_text
+        from slalom.sim.files.schema import number_or_text
 
         names = ("format", "gap", "interpolation", "frame_rate", "unit", "case", "altitude_unit")
         values: dict[str, Any] = {name: getattr(self, name) for name in names}

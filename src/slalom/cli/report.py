@@ -55,7 +55,7 @@ COLUMNS: Final = (
 
 def with_values(text: str) -> str:
     """Return the description of a metric with values and units in place of the names of constants."""
-    from slalom import tolerances
+    from slalom.base import tolerances
 
     for name, unit in CONSTANTS.items():
         text = text.replace(name, f"{getattr(tolerances, name):g} {unit}")

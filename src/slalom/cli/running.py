@@ -1,11 +1,16 @@
 """`slalom run`."""
 
+import codecs
 import os
+import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
+from cyclopts import Group, Parameter
+
+from slalom.base.errors import InvalidInput
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -13,6 +18,7 @@ from slalom.cli.console import (
     Settings,
     Whole,
     parse_settings,
+    print_line,
     print_message,
     print_result,
     progress,
@@ -21,15 +27,111 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.drawing import Look, drawable, refuse_without
 from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
 from slalom.cli.report import run_text
-from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from slalom.methods import Method
+    from slalom.decision.methods import Method
     from slalom.peers import Peer
     from slalom.sim import Recording, Scenario
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Options of the commands that draw.
+
+
+GROUP = Group("How figures look", sort_key=2)
+FORMATS = (".svg", ".pdf", ".png")
+OPTIONS = {"width": "--figure-width", "resolution": "--resolution"}
+"""Options of the arguments of the functions that size and write figures, for messages."""
+
+
+RESOLUTION: Final = 300.0
+"""Dots per inch, by default."""
+
+
+@Parameter(name="*", group=GROUP)
+@dataclass(frozen=True, kw_only=True)
+class VectorLook:
+    """Size and text of figures without pixels.
+
+    Parameters
+    ----------
+    figure_width
+        Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes.
+    font_scale
+        Factor of all sizes of text.
+    """
+
+    figure_width: float | None = None
+    font_scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        from slalom.base.checks import positive
+
+        for item in fields(self):
+            if getattr(self, item.name) is not None:
+                positive(getattr(self, item.name), f"--{item.name.replace('_', '-')}")
+
+    @property
+    def dots(self) -> float:
+        """Dots per inch of what is drawn as pixels."""
+        return RESOLUTION
+
+    def save(self, figure: Any, path: Path) -> Path:
+        """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
+        from slalom import view
+
+        try:
+            shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
+            with writing(path):
+                return view.save(shown, path, resolution=self.dots)
+        except InvalidInput as error:
+            name, _, text = str(error).partition(":")
+            raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
+
+
+@Parameter(name="*", group=GROUP)
+@dataclass(frozen=True, kw_only=True)
+class Look(VectorLook):
+    """Size and text of figures.
+
+    Parameters
+    ----------
+    figure_width
+        Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes.
+    font_scale
+        Factor of all sizes of text.
+    resolution
+        Dots per inch of .png files.
+    """
+
+    resolution: float = RESOLUTION
+
+    @property
+    def dots(self) -> float:
+        return self.resolution
+
+
+def drawable(figure: Path | None) -> None:
+    """Raise InvalidInput for a figure file of a format that cannot be drawn."""
+    if figure is not None and figure.suffix not in FORMATS:
+        raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
+
+
+def refuse_without(figure: Path | None, look: Look | None, **options: object) -> None:
+    """Raise InvalidInput for options of a figure that is not drawn: those that are not None or False."""
+    if figure is not None:
+        return
+    looks = [] if look is None else [item.name for item in fields(look) if getattr(look, item.name) != item.default]
+    given = [name for name, value in options.items() if value is not None and value is not False]
+    for name in [*given, *looks]:
+        raise InvalidInput(f"--{name.replace('_', '-')}: expected only with --figure, found it without")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# `slalom run`.
+
 
 RUNS = (".h5", ".hdf5")
 """Suffixes of the files of runs."""
@@ -53,14 +155,14 @@ class RunFigure:
             lasts = f"from 0 to at most {scenario.duration:g} s"
             raise InvalidInput(f"--figure-at: expected a time of the run, {lasts}, found {self.at:g} s")
         if self.file is not None:
-            from slalom.view.replay import refuse_unfit
+            from slalom.view.fleet import refuse_unfit
 
             refuse_unfit(len(scenario.robots), contender, self.at, self.names, self.uncertainty)
 
     def draw(self, recording: "Recording", scenario: "Scenario", method: str) -> None:
         """Draw the figure, if there is a file for it."""
         if self.file is not None:
-            from slalom.view.replay import replay
+            from slalom.view.fleet import replay
 
             figure = replay(recording, scenario, method, self.at, self.names, self.uncertainty)
             self.look.save(figure, self.file)
@@ -245,3 +347,77 @@ def _write(recording: "Recording", out: Path) -> None:
     tracks = as_tracks(recording, frames=bool(settings))
     write_recording(out, tracks, name, **settings)
     print_notes([f"{out}: {note}" for note in tracks.notes])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# `slalom show` and `slalom export-scenario`.
+
+
+def show(
+    run: Path,
+    /,
+    *,
+    figure: Path | None = None,
+    figure_at: float | None = None,
+    names: Flag = False,
+    uncertainty: Flag = False,
+    look: Look | None = None,
+    json: Flag = False,
+) -> int:
+    """Print the result of a run, as `slalom run` printed it, and draw it if a figure is named.
+
+    Parameters
+    ----------
+    run
+        A file that `slalom run --out run.h5` wrote.
+    figure
+        Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
+    figure_at
+        Time [s] after the start of the decision to draw; by default one before the closest approach.
+    names
+        Write the names of several robots into their figure.
+    uncertainty
+        Draw the regions that hold obstacles with an uncertainty into the figure of a decision.
+    json
+        Print one JSON object.
+    """
+    from slalom.sim import Recording
+    from slalom.sim.measure.metrics import summary
+
+    drawable(figure)
+    refuse_without(figure, look, figure_at=figure_at, names=names, uncertainty=uncertainty)
+    recording = Recording.load(run)
+    result = summary(recording)
+    if figure is not None:
+        from slalom.live.recorded import recorded
+
+        writable(figure)
+        found = recorded(recording)
+        print_notes(found.notes)
+        drawn = RunFigure(figure, figure_at, names, uncertainty, look or Look())
+        drawn.draw(recording, found.scenario, recording.method)
+    print_result(result, json, lambda: run_text(recording, result))
+    return DONE
+
+
+def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole = 0) -> int:
+    """Print a scenario as YAML, a scenario file to run or to change: `slalom export-scenario circle > circle.yaml`.
+
+    Parameters
+    ----------
+    scenario
+        A name from `slalom list scenarios`, or a .yaml file.
+    settings
+        NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
+    seed
+        Seed of random scenarios.
+    """
+    from slalom.sim import load
+    from slalom.sim.files.scenario_writer import scenario_text
+
+    refuse_run(scenario)
+    loaded = load(resolved(scenario), parse_settings(settings), seed=seed)
+    # Files of scenarios are UTF-8: what stdout writes in another encoding would be read as other characters.
+    escaped = codecs.lookup(sys.stdout.encoding or "utf-8").name != "utf-8"
+    print_line(scenario_text(loaded, ascii_only=escaped).rstrip("\n"))
+    return DONE

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slalom.base.errors import InvalidInput
 from slalom.cli.console import (
     DONE,
     OldForce,
@@ -21,11 +22,10 @@ from slalom.cli.console import (
 )
 from slalom.cli.recorded import Crossing, Reading, given_options, is_recording, scenario_of, tracks_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
-from slalom.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from slalom.decision.methods import Method
     from slalom.live.session import Session
-    from slalom.methods import Method
     from slalom.sim import Recording
 
 NEEDED = "expected the packages of `pip install 'slalom[{extra}]'`, found no {name}"
@@ -155,7 +155,7 @@ def animate(
         Time [s] of the run behind each robot that is drawn as a line.
     """
     from slalom.view import animate as write
-    from slalom.view.video import checked
+    from slalom.view.film import checked
 
     checked(video)
     recording = _recording(run)
@@ -186,8 +186,8 @@ def _sessions(
     reading: Reading | None,
 ) -> Callable[[], "Session"]:
     """The beginning of a session of a name or a file: the replay of a run, or a run of a scenario."""
+    from slalom.decision.methods import method as method_of
     from slalom.live.session import Session
-    from slalom.methods import method as method_of
 
     def chosen_or(default: str) -> "Method":
         return method_of(default if method is None else method)
@@ -205,7 +205,7 @@ def _sessions(
     if alone:
         if settings:
             raise InvalidInput(f"--set: expected --start and --goal with a recording, found {next(iter(settings))!r}")
-        from slalom.live.agents import as_recorded
+        from slalom.live.recorded import as_recorded
 
         replayed = as_recorded(tracks_of(name, reading, crossing), chosen_or(DEFAULT_METHOD), agent, at)
         return lambda: Session.of(replayed, method_of(DEFAULT_METHOD))

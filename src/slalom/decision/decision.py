@@ -1,27 +1,221 @@
 """Decisions and their outcomes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
+from logging import DEBUG, getLogger
+from math import dist
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slalom.checks import STATE, Array, has, not_before, not_negative, number
-from slalom.control_obstacle import ControlObstacle
-from slalom.decision.approach import Approach, approach_of
-from slalom.decision.report import Collision, as_dict, collision_of, log, names_in_the_way
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.manoeuvre import Manoeuvre, state_after
+import numpy as np
+
+from slalom.base.checks import STATE, Array, has, not_before, not_negative, number
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import APPROACH_TIME
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.model.goal import Goal
+from slalom.model.manoeuvre import Manoeuvre, state_after
+from slalom.model.path import Path
+from slalom.model.path_goal import PathGoal
+from slalom.model.response import Velocity
+from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
-from slalom.path import Path
-from slalom.state import State
+from slalom.obstacle.window import ObstacleWindow
 
 if TYPE_CHECKING:
     from slalom.decision.navigator import Navigator
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Reports of a decision: the expected collision, the obstacles in the way, a line for a log, a dictionary.
+
+
+LOGGER = getLogger("slalom")
+"""Each decision is one line at level DEBUG."""
+
+
+class Collision(NamedTuple):
+    """A predicted collision."""
+
+    time: float  # [s] absolute
+    position: Array  # (d,) [m] of the robot
+    obstacle: str  # its name, see `Decision.in_the_way`
+
+
+def collision_of(decision: "Decision") -> Collision | None:
+    """The first collision of the manoeuvre of a decision, from the present state on; None if none is predicted."""
+    made = decision.inputs
+    if made is None:
+        return None
+    window, motion = _window(made), decision.manoeuvre.continuation(made.state, made.now)
+    blocked = ControlObstacle(motion, made.state, window, made.navigator.robot)
+    control = np.zeros(made.state.dimension)
+    times = blocked.times_to_collision(control)
+    times[blocked.overlapping] = 0.0
+    first = int(np.argmin(times)) if len(times) else 0
+    if not len(times) or not np.isfinite(times[first]):
+        return None
+    elapsed = float(times[first])
+    place = motion.position(made.state, elapsed)(control)
+    return Collision(made.now + elapsed, place, window.obstacles[first].name)
+
+
+def names_in_the_way(decision: "Decision") -> tuple[str, ...]:
+    """Names of the obstacles that a robot meets which drives straight to its goal, in the order of time.
+
+    It drives at its maximum speed, up to the horizon; on a path to the point ahead. Empty without a goal.
+    """
+    made = decision.inputs
+    if made is None or made.goal is None:
+        return ()
+    navigator, state, goal = made.navigator, made.state, made.goal
+    speed, target = navigator.limits.max_speed, goal.position(made.now)
+    if isinstance(goal, PathGoal) and decision.progress is not None:
+        target = goal.point(min(decision.progress + goal.lookahead * speed, goal.length))
+    way = target - state.position
+    length = float(np.linalg.norm(way))
+    if length == 0.0:
+        return ()
+    window, velocity = _window(made), way * (speed / length)
+    horizon = min(window.horizon, length / speed)
+    straight = State(state.position, velocity)
+    blocked = ControlObstacle(Velocity(), straight, window, navigator.robot, navigator.margin, horizon)
+    times = blocked.times_to_collision(velocity)
+    times[blocked.overlapping] = 0.0
+    return tuple(window.obstacles[k].name for k in np.argsort(times, kind="stable") if np.isfinite(times[k]))
+
+
+def _window(made: "DecisionInputs") -> ObstacleWindow:
+    """The predicted obstacles and other robots, each with a name."""
+    robots = [] if made.robots is None else [made.robots.with_forecast(made.navigator.method.robot_forecast)]
+    return made.navigator.predict([*_named(made.obstacles), *robots], made.state, made.now)
+
+
+def _named(
+    obstacles: Sequence[Obstacle | ObstacleTable | Tracks],
+) -> list[Obstacle | ObstacleTable | Tracks]:
+    """The obstacles, those without a name named by their place."""
+    found: list[Obstacle | ObstacleTable | Tracks] = []
+    for k, one in enumerate(obstacles):
+        if isinstance(one, Obstacle):
+            found.append(one if one.name else replace(one, name=f"obstacles[{k}]"))
+        elif isinstance(one, ObstacleTable):
+            found += [o if o.name else replace(o, name=f"obstacles[{k}][{j}]") for j, o in enumerate(one)]
+        else:
+            found.append(one)
+    return found
+
+
+def as_dict(decision: "Decision") -> dict[str, Any]:
+    """The decision as values of JSON, see `Decision.as_dict`."""
+    made, manoeuvre, hit = decision.inputs, decision.manoeuvre, decision.collision
+    now = decision.decided_at if made is None else made.now
+    result: dict[str, Any] = {
+        "time": now,
+        "outcome": decision.outcome.name,
+        "sentence": decision.outcome.value,
+        "safe": decision.safe,
+        "probability": decision.probability,
+        "response": repr(manoeuvre.response),
+        "control": manoeuvre.control.tolist(),
+        "preferred": np.asarray(decision.preferred).tolist(),
+        "progress": decision.progress,
+        "work": decision.work,
+        "cut": decision.cut,
+        "stalled": decision.stalled,
+        "stuck": decision.stuck,
+        "in_the_way": list(decision.in_the_way) if decision.stuck else [],
+        "collision": None,
+    }
+    if made is not None:
+        result["acceleration"] = manoeuvre.mean_acceleration(now, made.navigator.period).tolist()
+    if hit is not None:
+        result["collision"] = {"time": hit.time, "position": hit.position.tolist(), "obstacle": hit.obstacle}
+    return result
+
+
+def log(decision: "Decision") -> None:
+    """Write one line about a decision to the logger `slalom` at level DEBUG, from values that are already computed."""
+    if LOGGER.isEnabledFor(DEBUG):
+        made, manoeuvre = decision.inputs, decision.manoeuvre
+        LOGGER.debug(
+            "decision at %g s: %s, %r %s, work %.2g s, stalled %.3g s",
+            decision.decided_at if made is None else made.now,
+            decision.outcome.name,
+            manoeuvre.response,
+            np.round(manoeuvre.control, 6).tolist(),
+            decision.work,
+            decision.stalled,
+        )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The progress of a robot towards its goal, by which it is found to be stuck.
+
+
+class Approach(NamedTuple):
+    """The last progress of a robot towards its goal."""
+
+    distance: float  # [m] that was left, without the tolerance of the goal
+    since: float  # [s] absolute time
+    target: Array  # (d,) [m] position of the goal then
+
+
+def approach_of(
+    goal: Goal | None, state: State, progress: float | None, max_speed: float, now: float, last: Approach | None
+) -> Approach | None:
+    """The last progress of a robot in `state`: `last`, or a new one `now` [s]; None without a goal.
+
+    A new one is noted in three cases. The robot is at the goal, or the goal has moved by more than its tolerance. Or
+    the distance to the goal, on a path along it, is less than at the last one by APPROACH_TIME times `max_speed` [m/s].
+
+    Args:
+        progress: [m] along the path of a `PathGoal`.
+    """
+    if goal is None:
+        return None
+    # Lists take a quarter of the time of arrays of two numbers.
+    target = goal.position(now)
+    place = target.tolist()
+    left = dist(place, state.position.tolist())
+    if progress is not None and isinstance(goal, PathGoal):
+        left = max(left, goal.length - progress)
+    left = max(left - goal.tolerance, 0.0)
+    if (
+        last is not None
+        and 0.0 < left > last.distance - APPROACH_TIME * max_speed
+        and dist(place, last.target.tolist()) <= goal.tolerance
+    ):
+        return last
+    return Approach(left, now, target)
+
+
+class Approaches:
+    """The last progress of n robots towards their goals, as arrays: the same rule as `approach_of`."""
+
+    def __init__(self, n: int, d: int) -> None:
+        self._distance, self._since, self._target = np.full(n, np.nan), np.zeros(n), np.full((n, d), np.nan)
+
+    def stalled(self, left: Array, targets: Array, tolerances: Array, speeds: Array, now: float) -> Array:
+        """Time [s] since each robot last came nearer to its goal: (n,).
+
+        Args:
+            left: (n,) [m] to the goal, without its tolerance; nan for a robot without a goal or that is not present.
+            targets: (n, d) [m] positions of the goals. tolerances: (n,) [m]. speeds: (n,) [m/s] largest ones.
+        """
+        same = np.linalg.norm(targets - self._target, axis=1) <= tolerances
+        keeps = (left > 0.0) & (left > self._distance - APPROACH_TIME * speeds) & same
+        self._distance, self._since = np.where(keeps, self._distance, left), np.where(keeps, self._since, now)
+        self._target = np.where(keeps[:, None], self._target, targets)
+        return now - self._since
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Decisions and their outcomes.
 
 
 class Outcome(Enum):
@@ -167,7 +361,7 @@ class Decision:
                 decision that continues a search.
             InvalidFile: a file that cannot be written.
         """
-        from slalom.decision.dump import dump
+        from slalom.decision.document import dump
 
         dump(self, FilePath(file))
 

@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from slalom.checks import Array
-from slalom.control_obstacle import ControlObstacle
+from slalom.base.checks import Array
+from slalom.base.tolerances import AT_REST, DEEPER_BY, DEEPEST, SHALLOW_OVERLAP
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.choice.selection import select
 from slalom.decision.decision import Decision, Outcome, made
-from slalom.manoeuvre import Manoeuvre
-from slalom.objective import Situation
+from slalom.decision.objective import Situation
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.shape import Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
-from slalom.selection import select
-from slalom.shape import Shape
-from slalom.tolerances import AT_REST, DEEPER_BY, DEEPEST, SHALLOW_OVERLAP
 
 
 def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:

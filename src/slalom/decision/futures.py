@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from slalom.checks import Array, NotNegative, not_negative, or_infinite
+from slalom.base.checks import Array, NotNegative, check_fields, not_negative, or_infinite
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import PROBABILITY_SLACK
 from slalom.decision.decision import Decision, Outcome
-from slalom.errors import InvalidInput
-from slalom.fields import check_fields
-from slalom.goal import Goal
 from slalom.kernels.arrays import Flags
+from slalom.model.goal import Goal
+from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
-from slalom.state import State
-from slalom.tolerances import PROBABILITY_SLACK
 
 if TYPE_CHECKING:
     from slalom.decision.navigator import Navigator

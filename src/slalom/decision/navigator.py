@@ -1,5 +1,6 @@
 """Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Final
@@ -7,33 +8,118 @@ from typing import Final
 import numpy as np
 
 from slalom import kernels
-from slalom.checks import OBJECTIVE, Array, has, not_negative, number
-from slalom.control_obstacle import ControlObstacle
+from slalom.base.checks import (
+    GOAL,
+    LIMITS,
+    METHOD,
+    OBJECTIVE,
+    SHAPE,
+    Array,
+    duration,
+    has,
+    listing,
+    not_negative,
+    number,
+    positive,
+)
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import ADMISSIBLE, AT_REST, CONTACT_SLACK, PATH_BRAKING
+from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
 from slalom.decision.futures import Risk, least_given_up, levels, time_of
-from slalom.decision.navigator_checks import check_dimensions, check_settings, goal_or_place
-from slalom.decision.navigator_tables import PolicyTables
-from slalom.decision.request import Request, observed_robots
-from slalom.decision.response_tables import step_of
-from slalom.decision.robot_tables import committed_path
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
+from slalom.decision.methods import HOLDS, Method, refuse_alone
+from slalom.decision.objective import Arrive, FollowVelocity, Objective, Situation, needs_goal
+from slalom.decision.policy_tables import PolicyTables, Request, observed_robots
+from slalom.decision.tables import committed_path, step_of
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import NO_CELLS
-from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre
-from slalom.methods import HOLDS, Method, refuse_alone
-from slalom.objective import Arrive, FollowVelocity, Objective, Situation
+from slalom.model.goal import Goal, refuse_stop
+from slalom.model.limits import Limits
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path_goal import PathGoal, PathStep
+from slalom.model.response import Response
+from slalom.model.response.protocol import rest_time
+from slalom.model.shape import Shape
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle.horizon import Horizon
+from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
-from slalom.path_goal import PathGoal, PathStep
-from slalom.response import Response
-from slalom.response.pieces import rest_time
-from slalom.shape import Shape
-from slalom.state import State
-from slalom.tolerances import ADMISSIBLE, AT_REST, CONTACT_SLACK, PATH_BRAKING
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Checks of the settings of a navigator, and of the input of each decision.
+
+
+def check_settings(robot: "Navigator") -> None:
+    """Raise InvalidInput for settings of wrong kinds or out of range."""
+    has(robot.method, *METHOD, "method")
+    has(robot.robot, *SHAPE, "robot")
+    within_horizon(duration(robot.period, "period"), duration(robot.horizon, "horizon"))
+    not_negative(robot.margin, "margin")
+    not_negative(robot.patience, "patience")
+    positive(robot.stuck_after, "stuck_after")
+    has(robot.limits, *LIMITS, "limits")
+    has(robot.objective, *OBJECTIVE, "objective")
+    has(robot.risk, ("loss", "likely"), "a Risk", "risk")
+    if robot.horizons is not None:
+        has(robot.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
+    checked_holds(robot.holds)
+    checked_detours(robot.detours)
+
+
+def within_horizon(period: float, horizon: float) -> None:
+    """Raise InvalidInput for a period [s] of decisions above the horizon [s]: a robot may collide between them."""
+    if period > horizon:
+        raise InvalidInput(f"period: expected at most the horizon, {horizon:g} s, found {period:g} s")
+
+
+def checked_holds(holds: Sequence[float]) -> tuple[float, ...]:
+    """The durations [s] for which accelerations are held. Raises InvalidInput for something else, and for none."""
+    listing(holds, "durations", "holds")
+    if not len(holds):
+        raise InvalidInput("holds: expected at least one, found none")
+    return tuple(duration(hold, f"holds[{k}]") for k, hold in enumerate(holds))
+
+
+def checked_detours(detours: Sequence[float]) -> tuple[float, ...]:
+    """The angles [rad] of detours. Raises InvalidInput for something else."""
+    listing(detours, "angles", "detours")
+    return tuple(number(angle, f"detours[{k}]") for k, angle in enumerate(detours))
+
+
+def goal_or_place(goal: Goal | None, state: State, objective: Objective, limits: Limits) -> Goal:
+    """The goal; the position of the robot for an objective that needs none.
+
+    Raises:
+        InvalidInput: no goal for an objective that needs one, or one to stop at for a robot that never stops; a goal of
+            another dimension than the state.
+    """
+    if goal is None:
+        if needs_goal(objective):
+            raise InvalidInput(f"goal: expected one for the objective {objective!r}, found none")
+        return Goal(Stationary(state.position))
+    has(goal, *GOAL, "goal")
+    same_dimension(goal.trajectory.dimension, state.dimension, "goal", "state")
+    if needs_goal(objective):
+        refuse_stop(goal, limits)
+    return goal
+
+
+def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, others: Tracks | None) -> None:
+    """Raise InvalidInput for parts of another dimension than the state; for robots observed after the decision."""
+    d = state.dimension
+    same_dimension(robot.dimension, d, "robot", "state")
+    same_dimension(obstacles.dimension, d, "obstacles", "state")
+    if others is not None:
+        same_dimension(others.dimension, d, "robots", "state")
+        others.refuse_later(obstacles.start, "robots")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape.
+
 
 OUTCOMES = (
     Outcome.CLEAR,

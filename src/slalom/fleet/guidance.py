@@ -8,16 +8,9 @@ import shapely
 from shapely.affinity import translate
 
 from slalom import kernels
-from slalom.checks import Array, flag
-from slalom.errors import InvalidInput
-from slalom.fleet.threads import map_in_threads
-from slalom.goal import least_distance
-from slalom.kernels.arrays import Flags
-from slalom.kernels.guidance.tables import Grid, GuidanceState
-from slalom.obstacle import Obstacle
-from slalom.obstacle.minkowski import outline_parts
-from slalom.obstacle.periodic import Period, between
-from slalom.tolerances import (
+from slalom.base.checks import Array, flag
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import (
     ARRIVAL_LOST,
     GRID_BORDER,
     GRID_CELL,
@@ -28,9 +21,16 @@ from slalom.tolerances import (
     SEARCHES_PER_THREAD,
     WAYPOINT_INTERVAL,
 )
+from slalom.fleet.rounds import map_in_threads
+from slalom.kernels.arrays import Flags
+from slalom.kernels.guidance.tables import Grid, GuidanceState
+from slalom.model.goal import least_distance
+from slalom.obstacle import Obstacle
+from slalom.obstacle.periodic import Period, between
+from slalom.obstacle.pieces import outline_parts
 
 if TYPE_CHECKING:
-    from slalom.fleet.committed import CommittedFleet
+    from slalom.fleet.fleet import CommittedFleet
 
 Outlines: TypeAlias = list[tuple[shapely.Geometry, float]]
 """Outlines and the radius [m] by which each is rounded."""

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slalom.decision.robot_tables import publish, reaches
-from slalom.forecast import Forecast
+from slalom.decision.tables import publish, reaches
+from slalom.forecast.forecast import Forecast
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import Paths, RobotTable
 from slalom.obstacle import Obstacle
@@ -16,7 +16,7 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, in_world, listed
 
 if TYPE_CHECKING:
-    from slalom.fleet.committed import CommittedFleet
+    from slalom.fleet.fleet import CommittedFleet
 
 
 class Images:

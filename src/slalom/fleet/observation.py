@@ -5,21 +5,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slalom.checks import Array, has
+from slalom.base.checks import Array, has
+from slalom.base.errors import InvalidInput
 from slalom.decision import Outcome
-from slalom.errors import InvalidInput
-from slalom.fleet.policy import Policy
+from slalom.fleet.settings import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
+from slalom.model.state import State
+from slalom.model.trajectory import ConstantVelocity
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles, each_of, in_world
-from slalom.sight import Sight, Visibility
-from slalom.state import State
-from slalom.trajectory import ConstantVelocity
+from slalom.perception.sight import Sight, Visibility
 
 if TYPE_CHECKING:
-    from slalom.fleet.committed import CommittedFleet
+    from slalom.fleet.fleet import CommittedFleet
 
 
 class Observer:

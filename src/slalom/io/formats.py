@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from slalom.checks import known
-from slalom.errors import InvalidFile, InvalidInput
-from slalom.io import commonroad, geographic, pedestrians, tracks, vehicles, writers
-from slalom.io.input_file import beginning_of
-from slalom.io.recorded import RecordedTracks, Rows
-from slalom.io.repair import tracks_of
-from slalom.registry import Kind, Registry
+from slalom.base.checks import known
+from slalom.base.errors import InvalidFile, InvalidInput
+from slalom.base.registry import Kind, Registry
+from slalom.io import cars, geographic, pedestrians, table, writers
+from slalom.io.recorded import RecordedTracks, Rows, tracks_of
+from slalom.io.table import beginning_of
 
 RECOGNITION_BYTES: Final = 4096
 """Number of bytes at the start of a file from which its format is recognised."""
@@ -84,7 +83,7 @@ FORMATS: Final = Registry[Format](
                 "csv",
                 "Slalom's own format: t, id, x, y and, if known, z, radius, length, width and kind; s and m.",
                 "",
-                tracks.csv_rows,
+                table.csv_rows,
                 "a header with t,id,x,y",
                 _header("t", "id", "x", "y"),
                 writers.write_csv,
@@ -130,25 +129,23 @@ FORMATS: Final = Registry[Format](
                 "drone",
                 "Drone data sets highD, inD, rounD, exiD and uniD: NN_tracks.csv.",
                 "car",
-                vehicles.drone,
-                f"a header with {','.join(vehicles.CENTRES)} or {','.join(vehicles.CORNERS)}",
-                lambda suffix, line: (
-                    _header(*vehicles.CENTRES)(suffix, line) or _header(*vehicles.CORNERS)(suffix, line)
-                ),
+                cars.drone,
+                f"a header with {','.join(cars.CENTRES)} or {','.join(cars.CORNERS)}",
+                lambda suffix, line: _header(*cars.CENTRES)(suffix, line) or _header(*cars.CORNERS)(suffix, line),
             ),
             Format(
                 "interaction",
                 "INTERACTION road users.",
                 "car",
-                vehicles.interaction,
-                f"a header with {','.join(vehicles.CASES)}",
-                _header(*vehicles.CASES),
+                cars.interaction,
+                f"a header with {','.join(cars.CASES)}",
+                _header(*cars.CASES),
             ),
             Format(
                 "commonroad",
                 "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles.",
                 "car",
-                commonroad.commonroad,
+                cars.commonroad,
                 "the suffix .xml",
                 lambda suffix, line: suffix == ".xml",
             ),
@@ -224,7 +221,7 @@ def write_recording(path: Path | str, tracks: RecordedTracks, format: str, **set
 
 def files_of(path: Path) -> list[Path]:
     """Return the file and the files that are read together with it."""
-    return [path, *vehicles.companions(path)]
+    return [path, *cars.companions(path)]
 
 
 def writer_settings(name: str) -> list[str]:

@@ -25,8 +25,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, known, number, positive, vector
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.base.checks import Array, known, number, positive, vector
+from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.io.recorded import Rows, counted, refuse
 from slalom.io.table import Table, comma_table
 

@@ -3,19 +3,107 @@
 import json
 import math
 import re
+import sqlite3
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array, known, positive
-from slalom.errors import InvalidFile
-from slalom.io.database import rows_of_queries
-from slalom.io.input_file import text_of
+from slalom.base.checks import Array, known, positive
+from slalom.base.errors import InvalidFile
+from slalom.base.tolerances import DATABASE_STEPS, DATABASE_VALUE, LARGEST, MAX_ROWS, ROW_BYTES
 from slalom.io.recorded import Mistake, Rows, counted, refuse
-from slalom.io.table import Table, spaced_rows
-from slalom.tolerances import LARGEST
+from slalom.io.table import Table, comma_table, file_size, spaced_rows, text_of
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Reader of CADRL test cases (mit-acl/gym-collision-avoidance): CSV, one row per robot of a case.
+#
+# Header `case,agent,x,y,goal_x,goal_y,pref_speed,radius`; metres and m/s. Robots are discs that start at rest.
+
+
+COLUMNS = ("case", "agent", "x", "y", "goal_x", "goal_y", "pref_speed", "radius")
+
+
+class Case(NamedTuple):
+    """A test case: its number, `starts` and `goals` (n, 2) [m], preferred `speeds` (n,) [m/s] and `radii` (n,) [m]."""
+
+    number: int
+    starts: Array
+    goals: Array
+    speeds: Array
+    radii: Array
+
+
+def read_cases(path: Path | str) -> list[Case]:
+    """Read the cases of a file, by increasing number; the robots of a case are ordered by `agent`.
+
+    Rows may be in any order.
+
+    Raises:
+        InvalidFile: no such file, an invalid header or cell, the same robot twice in a case.
+    """
+    table = comma_table(Path(path), COLUMNS)
+    case, agent = (table.numbers(name, whole=True) for name in COLUMNS[:2])
+    starts, goals = table.positions("x", "y"), table.positions("goal_x", "goal_y")
+    speeds, radii = table.numbers("pref_speed"), table.numbers("radius")
+    for name, values in (("pref_speed", speeds), ("radius", radii)):
+        for k in np.flatnonzero(values <= 0.0):
+            table.wrong(k, name, f"expected a number above 0, found {values[k]:g}")
+    order = np.lexsort((agent, case))
+    for k in order[1:][(np.diff(case[order]) == 0.0) & (np.diff(agent[order]) == 0.0)]:
+        table.wrong(k, "agent", f"expected each agent once in a case, found {agent[k]:g} again in case {case[k]:g}")
+    refuse(table.path, table.mistakes, table.location)
+    groups = (order[case[order] == number] for number in np.unique(case))
+    return [Case(int(case[rows[0]]), starts[rows], goals[rows], speeds[rows], radii[rows]) for rows in groups]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Rows of SQLite databases, read within bounds that a malformed file cannot exceed.
+
+
+INTERVAL: Final = 10_000
+"""Number of operations of SQLite between two counts of them."""
+
+
+def rows_of_queries(path: Path, kind: str, queries: Sequence[str]) -> list[list[tuple[Any, ...]]]:
+    """Return the rows of each query of a database, which is opened for reading only.
+
+    Views, generated columns and pages that occur many times can stand for rows without end. Hence the number of rows
+    is bounded by the size of the file, and so are the operations of SQLite.
+
+    Args:
+        kind: of the database, for messages.
+
+    Raises:
+        InvalidFile: no such file, no database, a query that does not fit it or exceeds a bound.
+    """
+    size = file_size(path, kind)
+    most = min(size // ROW_BYTES, MAX_ROWS)
+    left = [max(most, 10_000) * DATABASE_STEPS // INTERVAL]
+
+    def interrupted() -> bool:
+        left[0] -= 1
+        return left[0] < 0
+
+    try:
+        # sqlite3 would create a file that does not exist, if it were not opened for reading only.
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+            database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, DATABASE_VALUE)
+            database.set_progress_handler(interrupted, INTERVAL)
+            found = [database.execute(query).fetchmany(most + 1) for query in queries]
+    except (sqlite3.Error, UnicodeDecodeError) as error:
+        text = "a query that does not end" if left[0] < 0 else error
+        raise InvalidFile([f"{path}: expected a {kind}, found {text}"]) from None
+    if any(len(rows) > most for rows in found):
+        raise InvalidFile([f"{path}: expected at most {most} rows in a file of {size} bytes, found more"])
+    return found
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Readers of recorded pedestrians in the plane: ETH/UCY text, TrajNet++, PedPy text and JuPedSim databases.
+
 
 ETH: Final = {4: ("frame", "id", "x", "y"), 8: ("frame", "id", "x", "z", "y", "vx", "vz", "vy")}
 """Columns of ETH/UCY files by their count; 8 columns are those of obsmat.txt, whose z is not used."""

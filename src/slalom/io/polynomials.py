@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slalom.errors import InvalidFile, SlalomError
-from slalom.io.input_file import text_of
-from slalom.trajectory import PiecewisePolynomial
+from slalom.base.errors import InvalidFile, SlalomError
+from slalom.io.table import text_of
+from slalom.model.trajectory import PiecewisePolynomial
 
 _POWER = re.compile(r"([xyz])\^(\d+)")
 

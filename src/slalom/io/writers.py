@@ -17,11 +17,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from slalom.checks import Array, positive
-from slalom.errors import InvalidFile, InvalidInput, reason
+from slalom.base.checks import Array, positive
+from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.tolerances import FRAME_ROUNDING, REST
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.kernels.arrays import Indices
-from slalom.tolerances import FRAME_ROUNDING, REST
 
 MARGIN: Final = 1.0
 """[m] Margin of the walkable area of a database around the bounding box of all positions."""

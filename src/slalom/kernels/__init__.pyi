@@ -1,20 +1,14 @@
 """The kernels that Python calls, each once."""
 
-from .compile_notice import (
-    compiling as compiling,
-    when_compiling as when_compiling,
-)
+from .compile_notice import compiling as compiling, when_compiling as when_compiling
 from .crowd.mutual_avoidance import avoiding_velocities as avoiding_velocities
 from .crowd.similar_motions import similar_displacements as similar_displacements
-from .decision.cell_list import (
-    build_cell_list as build_cell_list,
-    independent_rounds as independent_rounds,
-)
-from .decision.manoeuvre_cost import detour_lengths as detour_lengths
+from .decision.costs import detour_lengths as detour_lengths
+from .decision.neighbours import build_cell_list as build_cell_list, independent_rounds as independent_rounds
 from .decision.paths import predicted_points as predicted_points
 from .decision.policy import decide_all as decide_all
 from .decision.predicted_stops import stop_at_obstacles as stop_at_obstacles
-from .decision.time_to_go import (
+from .decision.targets import (
     earliest_arrival as earliest_arrival,
     passing_velocity as passing_velocity,
     stopping_speed as stopping_speed,
@@ -29,12 +23,9 @@ from .guidance.traffic_circle import (
     update_waypoints as update_waypoints,
 )
 from .jit import threads as threads
-from .relative_motion.clearance import (
-    contact_times as contact_times,
-    least_clearances as least_clearances,
-)
-from .relative_motion.speed_limit import allowed_speed as allowed_speed
+from .relative_motion.clearance import contact_times as contact_times, least_clearances as least_clearances
 from .relative_motion.window import (
+    allowed_speed as allowed_speed,
     balls_near as balls_near,
     body_balls as body_balls,
     covered_at_rest as covered_at_rest,
@@ -45,10 +36,6 @@ from .relative_motion.window import (
     pieces_within as pieces_within,
     segments_of as segments_of,
 )
-from .selection.batch import choose_many as choose_many
-from .selection.exchange import nearest_free as nearest_free
-from .sequence_search.search import (
-    grow_tree as grow_tree,
-    sequence_is_clear as sequence_is_clear,
-)
+from .selection.exchange import choose_many as choose_many, nearest_free as nearest_free
+from .sequence_search.search import grow_tree as grow_tree, sequence_is_clear as sequence_is_clear
 from .sequence_search.tree import add_node as add_node

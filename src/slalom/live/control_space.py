@@ -1,22 +1,184 @@
 """The `control` message: the control space of one robot at one step, and what it predicts."""
 
-from typing import Any, Final
+from collections import OrderedDict
+from collections.abc import Hashable
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely.geometry.polygon import orient
 
-from slalom.checks import Array
-from slalom.limits import Admissible
-from slalom.live.fields import PLANES, Field, Fields, Plane
+from slalom.base.checks import Array
+from slalom.base.tolerances import (
+    VIEW_CONTEXTS,
+    VIEW_GRID,
+    VIEW_PREDICTED,
+    VIEW_PROJECTION_GRID,
+    VIEW_SAMPLES,
+    VIEW_SILHOUETTE,
+    VIEW_SLICE_GRID,
+)
+from slalom.choice.control_obstacle import ControlObstacle
 from slalom.live.messages import Quantised, pack, quantised
-from slalom.live.near import half_side
-from slalom.live.projections import multiples, projections
-from slalom.live.reasons import Reasons, reasons
-from slalom.live.seen import Seen
-from slalom.tolerances import VIEW_PREDICTED, VIEW_SAMPLES
-from slalom.view.kinds import kind
-from slalom.view.regions import admissible_region
+from slalom.live.seen import Other, Reasons, Seen, half_side, reasons
+from slalom.model.limits import Admissible
+from slalom.obstacle.window import ObstacleWindow
+from slalom.view.control_space import admissible_region, kind
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Control obstacles of single obstacles on the drawn plane: exact outlines, and times to collision on a grid.
+#
+# They are kept between messages, so that after a change of one obstacle only its own are computed anew.
+
+
+PLANES: Final = {2: ((0, 1),), 3: ((0, 1), (0, 2), (1, 2))}
+"""Axes of the planes that are drawn, by dimension."""
+
+
+class Plane(NamedTuple):
+    """Square part of the control space that is drawn: two axes, its half side, and the control that it goes through."""
+
+    axes: tuple[int, int]
+    half: float
+    through: tuple[float, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of grid points along each axis."""
+        return VIEW_GRID if len(self.through) == 2 else VIEW_SLICE_GRID
+
+    @property
+    def controls(self) -> Array:
+        """Controls (n, n, d) of the grid, rows along the second axis, from low to high."""
+        x = np.linspace(-self.half, self.half, self.size)
+        controls = np.tile(np.array(self.through), (self.size, self.size, 1))
+        controls[..., self.axes[0]], controls[..., self.axes[1]] = x[None, :], x[:, None]
+        return controls
+
+
+class Field(NamedTuple):
+    """Control obstacle of one obstacle on a plane."""
+
+    rings: tuple[Array, ...]  # closed curves (k, 2), holes opposite to outer ones; none in space
+    times: Array | None  # (n, n) [s] time to collision, inf if there is none; None: inf everywhere
+
+
+def field(seen: Seen, other: Other, margin: float, plane: Plane) -> Field:
+    """Return the control obstacle of one obstacle with a margin [m] on a plane."""
+    blocked = seen.blocked
+    window = ObstacleWindow([other.obstacle], blocked.obstacles.start, blocked.obstacles.horizon)
+    single = ControlObstacle(blocked.response, blocked.state, window, blocked.robot, margin)
+    if len(plane.through) == 3:
+        times = single.times_to_collision(plane.controls)[..., 0]
+        return Field((), times if np.isfinite(times).any() else None)
+    panel = shapely.box(-plane.half, -plane.half, plane.half, plane.half)
+    # A window slightly larger than the panel, so that the border of the window is not drawn.
+    whole = single.boundary((0.0, 0.0), 1.45 * plane.half).regions[0]
+    region = shapely.intersection(whole, panel)
+    parts = [part for part in shapely.get_parts(region) if part.geom_type == "Polygon"]
+    if not parts:
+        return Field((), None)
+    rings = [shapely.get_coordinates(ring) for one in parts for ring in shapely.get_rings(orient(one))]
+    controls = plane.controls
+    # Outside the outline no control collides; only those inside it, and close to it, are tested.
+    shapely.prepare(near := region.buffer(2.0 * plane.half / plane.size))
+    inside = shapely.contains_xy(near, controls[..., 0], controls[..., 1])
+    times = np.full(inside.shape, np.inf)
+    times[inside] = single.times_to_collision(controls[inside])[..., 0]
+    return Field(tuple(rings), times)
+
+
+class Fields:
+    """Fields that were computed, for the latest VIEW_CONTEXTS states and responses of a robot."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[Hashable, dict[Hashable, Field]] = OrderedDict()
+        self.computed = 0
+
+    def of(self, seen: Seen, plane: Plane) -> list[Field]:
+        """Return the fields of all others of a decision; those that were computed before are the same objects."""
+        blocked = seen.blocked
+        state = tuple(x.tobytes() for x in (seen.state.position, seen.state.velocity, seen.state.acceleration))
+        context = (blocked.response, blocked.robot, seen.time, blocked.obstacles.horizon, state, plane)
+        known = self._kept.pop(context, {})
+        self._kept[context] = known
+        while len(self._kept) > VIEW_CONTEXTS:
+            self._kept.popitem(last=False)
+        margins = np.broadcast_to(np.asarray(blocked.margin), (len(seen.others),))
+        found: list[Field] = []
+        now: dict[Hashable, Field] = {}
+        for other, margin in zip(seen.others, margins.tolist()):
+            key: Hashable = (other.key, margin)
+            if key not in known:
+                known[key] = field(seen, other, margin, plane)
+                self.computed += 1
+            now[key] = known[key]
+            found.append(known[key])
+        # Those of obstacles that are no longer there are forgotten.
+        self._kept[context] = now
+        return found
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Projections of the control space of a robot in space: where an admissible control is free, seen along each axis.
+
+
+NONE: Final = 255
+"""Stands for no collision in a grid of times; others are multiples of the horizon / 250."""
+OUTSIDE: Final = 254
+"""Stands for no admissible control in a projection."""
+
+
+def multiples(times: Array, horizon: float) -> npt.NDArray[np.uint8]:
+    """Return times [s] as multiples of the horizon / 250, inf as NONE."""
+    return np.where(np.isfinite(times), np.round(250.0 * times / horizon), NONE).astype(np.uint8)
+
+
+def projections(blocked: ControlObstacle, admissible: Admissible, half: float) -> dict[str, npt.NDArray[Any]]:
+    """Return arrays of the three projections: along z, y and x.
+
+    `shadow0` to `shadow2` (n, n), rows along the second axis: of all admissible controls on a line along the hidden
+    axis, the latest time to collision, NONE if one of them is free, OUTSIDE if there is no such control.
+    `silhouette0` to `silhouette2` (k, 2): outline of the projection of the admissible set.
+    """
+    x = np.linspace(-half, half, VIEW_PROJECTION_GRID)
+    controls = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1)
+    inside = admissible.contains(controls)
+    latest = np.full(inside.shape, -np.inf)
+    found = blocked.times_to_collision(controls[inside])
+    latest[inside] = found.min(axis=-1, initial=np.inf)
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    border = silhouette(admissible, controls[inside])
+    for k, hidden in enumerate((2, 1, 0)):
+        best = latest.max(axis=hidden).T
+        arrays[f"shadow{k}"] = np.where(np.isneginf(best), OUTSIDE, multiples(np.maximum(best, 0.0), blocked.horizon))
+        arrays[f"shadow{k}"] = arrays[f"shadow{k}"].astype(np.uint8)
+        if len(border):
+            hull = shapely.convex_hull(shapely.multipoints(np.delete(border, hidden, axis=1)))
+            arrays[f"silhouette{k}"] = shapely.get_coordinates(hull).astype(np.float32)
+    return arrays
+
+
+def silhouette(admissible: Admissible, inner: Array) -> Array:
+    """Return points (n, 3) on the border of a convex set that contains the controls `inner` (m, 3); none for m = 0."""
+    if not len(inner):
+        return np.empty((0, 3))
+    middle = inner.mean(axis=0)
+    index = np.arange(VIEW_SILHOUETTE) + 0.5
+    polar, turn = np.arccos(1.0 - 2.0 * index / VIEW_SILHOUETTE), np.pi * (1.0 + np.sqrt(5.0)) * index
+    ways = np.stack([np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)], axis=1)
+    low, high = np.zeros(len(ways)), np.full(len(ways), 2.0 * admissible.largest)
+    for _ in range(40):
+        half = 0.5 * (low + high)
+        within = admissible.excess(middle + half[:, None] * ways) <= 0.0
+        low, high = np.where(within, half, low), np.where(within, high, half)
+    return np.asarray(middle + low[:, None] * ways)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The `control` message: the control space of one robot at one step, and what it predicts.
+
 
 CENTIMETRE: Final = 0.01
 """[m] Step of predicted positions."""

@@ -3,18 +3,15 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from slalom.checks import positive, whole
-from slalom.errors import InvalidInput
-from slalom.live.control_space import control_message
-from slalom.live.fields import Fields
-from slalom.live.others import state_at
-from slalom.live.page import file_page
+from slalom.base.checks import positive, whole
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import VIEW_EXPORT_INTERVAL, VIEW_EXPORTED
+from slalom.live.control_space import Fields, control_message
+from slalom.live.messages import file_page
 from slalom.live.recorded import Recorded, recorded
 from slalom.live.scene import Scene, series
-from slalom.live.seen import Seen, decisions, seen_alone, seen_among
-from slalom.live.targets import Targets
+from slalom.live.seen import Seen, Targets, decisions, seen_alone, seen_among, state_at
 from slalom.sim.measure.recording import Recording
-from slalom.tolerances import VIEW_EXPORT_INTERVAL, VIEW_EXPORTED
 
 
 def export(

@@ -3,15 +3,14 @@
 import html
 from typing import Any, Final
 
-from slalom.checks import flag, whole
-from slalom.errors import InvalidInput
+from slalom.base.checks import flag, whole
+from slalom.base.errors import InvalidInput
+from slalom.decision.methods import METHODS, Method
 from slalom.live.export import messages
-from slalom.live.messages import pack
-from slalom.live.page import block, file_page, renderer
+from slalom.live.messages import block, file_page, pack, renderer
 from slalom.live.recorded import recorded
 from slalom.live.scene import Scene, series
 from slalom.live.session import Session
-from slalom.methods import METHODS, Method
 from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import Scenario

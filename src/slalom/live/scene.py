@@ -5,18 +5,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from slalom.checks import Array
+from slalom.base.checks import Array
+from slalom.decision.methods import METHODS
 from slalom.live.messages import FORMAT, pack, quantised
-from slalom.live.others import has_left
-from slalom.methods import METHODS
+from slalom.live.seen import has_left
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import Shape
+from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
-from slalom.path_goal import PathGoal
-from slalom.shape import Shape
-from slalom.sim.measure.run_log import Step
+from slalom.sim.measure.recording import Step
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import clearances
-from slalom.trajectory import Stationary
-from slalom.view.extent import TIMES, drawn_box
+from slalom.view.workspace import TIMES, drawn_box
 
 MILLIMETRE: Final = 1e-3
 """[m, m/s, m/s^2, rad] Step of numbers in messages, coarser where 16 bits do not suffice."""

@@ -1,30 +1,238 @@
 """What one robot decided at one step of a run, and what it saw of all others: the input of the control space."""
 
-from collections.abc import Iterator, Sequence
+import ast
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.control_obstacle import ControlObstacle
+from slalom.base.checks import Array
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import VIEW_APPROACH_SAMPLES, VIEW_BINDING, VIEW_PREDICTED, VIEW_SAMPLES
+from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.decision.methods import Method, margin_among
 from slalom.decision.navigator import Navigator
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.limits import Admissible
-from slalom.live.near import half_side, near, reach
-from slalom.live.others import Other, committed, last_outcome, obstacles_of, robots_of, state_at
+from slalom.forecast.forecast import predicted
 from slalom.lookahead.navigator import SequenceDecision
-from slalom.manoeuvre import Manoeuvre
-from slalom.methods import Method
+from slalom.model.goal import Goal
+from slalom.model.limits import Admissible, Limits
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path_goal import PathGoal
+from slalom.model.response import RESPONSES, Response
+from slalom.model.response.kinds import AccelerationSequence
+from slalom.model.state import State
+from slalom.model.trajectory import ConstantAcceleration, Stationary
+from slalom.obstacle import Obstacle
+from slalom.obstacle.periodic import displaced, to_nearest
 from slalom.obstacle.window import ObstacleWindow
-from slalom.path_goal import PathGoal
-from slalom.response import Response
-from slalom.response.sequence import AccelerationSequence
-from slalom.sim.measure.run_log import Step
+from slalom.sim.measure.recording import Step
 from slalom.sim.run.deciders import SingleRobotDecider
+from slalom.sim.run.fleet_decider import GuidedRun
+from slalom.sim.run.simulate import by_name
+from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import Scenario
-from slalom.state import State
-from slalom.view.drawn_controls import DrawnControls, drawn_controls, preferred_of, target_of
+from slalom.sim.shape_distance import clearances
+from slalom.view.control_space import DrawnControls, drawn_controls, kind, preferred_of, target_of
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Targets that guidance gave the robots of a run, made again from its states.
+
+
+class Targets:
+    """Targets of the robots of a scenario, in the order of time; what was made once is kept."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        ordered, self._rows = by_name(scenario)
+        self._scenario, self._states = scenario, RobotStates(ordered)
+        self._guidance = GuidedRun(self._states)
+        self._known: list[tuple[Array, Array, Array]] = []
+
+    def goal(self, steps: Sequence[Step], k: int, robot: int) -> Goal:
+        """Return what a robot drives to at step k: the target of its latest decision, or its goal."""
+        own = self._scenario.robots[robot].goal
+        if not self._guidance.guided:
+            return own
+        while len(self._known) <= k:
+            self._advance(steps)
+        target, tolerance, stop = (values[robot] for values in self._known[k])
+        made = k - k % self._scenario.steps_per_decision
+        if (target == own.position(self._scenario.start + made * self._scenario.dt)).all():
+            return own
+        return Goal(Stationary(target), float(tolerance), bool(stop))
+
+    def _advance(self, steps: Sequence[Step]) -> None:
+        scenario, states, guide, d = self._scenario, self._states, self._guidance.guide, self._scenario.dimension
+        k = len(self._known)
+        step, now = steps[k], scenario.start + k * scenario.dt
+        if k:
+            # A goal may be passed during a step.
+            acceleration = np.zeros_like(states.position)
+            acceleration[self._rows, :d] = steps[k - 1].accelerations
+            states.integrate(acceleration, scenario.dt)
+        states.position[self._rows, :d], states.velocity[self._rows, :d] = step.positions, step.velocities
+        states.note_arrivals(now)
+        if k % scenario.steps_per_decision:
+            self._known.append(self._known[-1])
+            return
+        self._guidance.update(now, scenario.dt * scenario.steps_per_decision)
+        rows = self._rows
+        self._known.append((guide.target[rows, :d], guide.tolerance[rows], np.array(guide.stop[rows])))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Obstacles and other robots of a run as one robot predicts them, and the record of each in the log of the run.
+
+
+OLD: Final = ("", "KEPT", "CONTINUED", "WAITING")
+"""Outcomes of decisions after which the manoeuvre is the same as before."""
+
+
+class Other(NamedTuple):
+    """An obstacle or another robot as a robot predicts it.
+
+    Attributes:
+        kind: "obstacle" or "robot". number: in the scenario, from 0. key: equal where the prediction is equal.
+        reach: [m] bound of its predicted motion over the horizon; inf: none is known.
+    """
+
+    kind: str
+    number: int
+    obstacle: Obstacle
+    margin: float
+    key: Hashable
+    reach: float = np.inf
+
+    @property
+    def name(self) -> str:
+        """The name for users."""
+        return self.obstacle.name or f"{self.kind} {self.number}"
+
+
+def response_of(text: str) -> Response | None:
+    """Return the response of a text in a recording; None for one that the text does not determine."""
+    try:
+        call = ast.parse(text, mode="eval").body
+    except SyntaxError:
+        return None
+    kinds = {kind.__name__: kind for kind in RESPONSES}
+    if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name) or call.func.id not in kinds:
+        return None
+    return kinds[call.func.id](**{str(item.arg): ast.literal_eval(item.value) for item in call.keywords})
+
+
+def state_at(steps: Sequence[Step], k: int, robot: int) -> State:
+    """Return the state of a robot at step k; its acceleration is the one applied before."""
+    before = steps[k - 1].accelerations[robot] if k else np.zeros_like(steps[k].positions[robot])
+    return State(steps[k].positions[robot], steps[k].velocities[robot], before)
+
+
+def committed(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> Manoeuvre | None:
+    """Return the manoeuvre to which a robot is committed after step k; None if the log does not determine it."""
+    begin = next((j for j in range(k, -1, -1) if steps[j].outcomes[robot] not in OLD), None)
+    response = None if begin is None else response_of(steps[begin].responses[robot])
+    control = None if begin is None else steps[begin].controls[robot]
+    if begin is None or response is None or control is None or not np.isfinite(control).all():
+        return None
+    return Manoeuvre(response, state_at(steps, begin, robot), control, scenario.start + scenario.dt * begin)
+
+
+def last_outcome(steps: Sequence[Step], k: int, robot: int) -> str:
+    """Return the outcome of the last decision up to step k; "" if there is none."""
+    return next((steps[j].outcomes[robot] for j in range(k, -1, -1) if steps[j].outcomes[robot]), "")
+
+
+def obstacles_of(scenario: Scenario, method: Method, state: State, now: float, robot: int = 0) -> tuple[Other, ...]:
+    """Return the obstacles as a robot predicts them; in a periodic world the image that is nearest now."""
+    margin, forecast, found = scenario.margin_of(robot), method.forecast, []
+    for index, obstacle in enumerate(scenario.obstacles):
+        if not (forecast.includes_future or obstacle.exists(now)):
+            continue
+        image = _nearest(scenario, obstacle, state, now)
+        found.append(Other("obstacle", index, predicted(image, forecast, now), margin, (obstacle, repr(forecast))))
+    return tuple(found)
+
+
+def _nearest(scenario: Scenario, obstacle: Obstacle, state: State, now: float) -> Obstacle:
+    if scenario.period is None or not obstacle.exists(now):
+        return obstacle
+    return displaced(obstacle, to_nearest(obstacle.trajectory.position(now) - state.position, scenario.period))
+
+
+def robots_of(scenario: Scenario, method: Method, steps: Sequence[Step], k: int, robot: int) -> Iterator[Other]:
+    """Return the other robots at step k as a robot predicts them; those that have left are not among them."""
+    now, own = scenario.start + scenario.dt * k, steps[k].positions[robot]
+    delay = scenario.dt * scenario.steps_per_decision + scenario.sight_delay
+    for j, other in enumerate(scenario.robots):
+        state = state_at(steps, k, j)
+        if j == robot or has_left(scenario, steps, k, j):
+            continue
+        manoeuvre = committed(scenario, steps, k, j) if method.shared else None
+        key: Hashable
+        if manoeuvre is not None:
+            obstacle = Obstacle(other.shape, manoeuvre, other.name)
+            key = (j, manoeuvre.start, manoeuvre.control.tobytes(), repr(manoeuvre.response))
+        else:
+            motion = ConstantAcceleration(state.position, state.velocity, state.acceleration, now)
+            obstacle = predicted(Obstacle(other.shape, motion, other.name), method.robot_forecast, now)
+            key = (j, now, *(x.tobytes() for x in (state.position, state.velocity, state.acceleration)))
+        if scenario.period is not None:
+            obstacle = displaced(obstacle, to_nearest(state.position - own, scenario.period))
+        acceleration = scenario.robots[robot].limits.max_acceleration
+        margin = margin_among(method, scenario.margin_of(robot), acceleration, delay, scenario.sight_noise)
+        fast, hard = float(np.linalg.norm(state.velocity)), float(np.linalg.norm(state.acceleration))
+        bound = other.limits.max_speed if manoeuvre is not None else fast + hard * scenario.horizon
+        yield Other("robot", j, obstacle, margin, key, 1.01 * bound * scenario.horizon)
+
+
+def has_left(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> bool:
+    """Whether a robot has left the scene before step k, see `RobotStates.present`.
+
+    Its decisions end: no outcome follows until the next decision is due.
+    """
+    last = k - k % scenario.steps_per_decision
+    return not scenario.robots[robot].goal.stop and last > 0 and not steps[last].outcomes[robot]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Robots near enough to count in a picture of the control space: the others cannot be met by a drawn control.
+
+
+def half_side(response: Any, limits: Limits, admissible: Admissible) -> float:
+    """Return half of the side of the drawn square around 0, in the unit of the control."""
+    known = {"acceleration": 1.25 * limits.max_acceleration, "velocity": 1.12 * limits.max_speed}
+    return known.get(kind(response).name, 1.12 * admissible.largest)
+
+
+def reach(response: Response, state: State, limits: Limits, horizon: float, largest: float) -> float:
+    """Return a bound [m] of how far a robot moves within the horizon [s] under controls of this size, or committed."""
+    times = np.linspace(0.0, horizon, VIEW_SAMPLES)
+    image = response.position(state, times)
+    drift = float(np.linalg.norm(image.drift - state.position, axis=1).max())
+    between = limits.max_speed * horizon / (VIEW_SAMPLES - 1)
+    return max(drift + float(np.abs(image.gain).max()) * largest, limits.max_speed * horizon) + between
+
+
+def near(others: tuple[Other, ...], state: State, radius: float, own: float, now: float) -> tuple[Other, ...]:
+    """Return those others whose predicted motion can come into contact with a robot that moves at most `own` [m].
+
+    All of them where there are few: their predicted paths are drawn as well.
+    """
+    if len(others) <= VIEW_PREDICTED:
+        return others
+    kept = []
+    for other in others:
+        if np.isfinite(other.reach):
+            away = float(np.linalg.norm(other.obstacle.trajectory.position(now) - state.position))
+            if away > own + other.reach + radius + other.obstacle.shape.bounding_radius + other.margin:
+                continue
+        kept.append(other)
+    return tuple(kept)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What one robot decided at one step of a run, and what it saw of all others: the input of the control space.
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,3 +410,93 @@ def decisions(scenario: Scenario, method: Method, steps: Sequence[Step]) -> Iter
         if k % scenario.steps_per_decision == 0:
             decision = decider.decide_in(state_at(steps, k, 0), scenario.start + scenario.dt * k)
         yield decision
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Sentences that say why a robot chose its manoeuvre, and the obstacles that decided it.
+
+
+class Meeting(NamedTuple):
+    """The closest approach of a manoeuvre to an obstacle."""
+
+    other: int  # row of `Seen.others`
+    time: float  # [s] after the decision
+    clearance: float  # [m] between the surfaces
+
+
+class Reasons(NamedTuple):
+    """Why a robot chose its manoeuvre.
+
+    Attributes:
+        sentences: for the user. contact_times: (n,) [s] of contact with each other under the preferred control.
+        first: row of the first one that it hits; -1 if it hits none. binding: those that the manoeuvre passes closely.
+    """
+
+    sentences: tuple[str, ...]
+    contact_times: Array
+    first: int
+    binding: tuple[Meeting, ...]
+
+
+def reasons(seen: Seen) -> Reasons:
+    """Return the reasons of a decision, in the control space that is drawn."""
+    quantity, preferred = kind(seen.response), seen.controls.preferred
+    times = seen.blocked.times_to_collision(preferred)
+    first = int(np.argmin(times)) if np.isfinite(times).any() else -1
+    binding = tuple(_binding(seen))
+    wanted = f"The preferred {quantity.name} {_numbers(preferred)} {quantity.unit}"
+    if first >= 0:
+        hit = seen.others[first]
+        shared = hit.kind == "robot" and seen.navigator.method.share < 1.0
+        # The picture shows the others as predicted; the decision leaves a part of the avoidance to them.
+        unless = f" unless {hit.name} takes its share of the avoidance" if shared else ""
+        told = f"{wanted} would hit {hit.name} in {times[first]:.1f} s{unless}."
+    elif not seen.admissible.contains(preferred):
+        told = f"{wanted} hits nothing, but it is outside the limits."
+    else:
+        told = f"{wanted} hits nothing within {seen.blocked.horizon:g} s."
+    sentences = [told]
+    if seen.outcome in OLD and seen.manoeuvre is not None and seen.outcome:
+        age = seen.time - seen.manoeuvre.start
+        sentences.append(f"{Outcome[seen.outcome].value} It is {age:.1f} s old.")
+    elif seen.outcome in Outcome.__members__:
+        sentences.append(Outcome[seen.outcome].value)
+    if binding:
+        passed = " and ".join(f"{seen.others[m.other].name} in {m.time:.1f} s" for m in binding[:2])
+        least = binding[0].clearance
+        closest = f"with {least:.2f} m" if least >= 0.0 else f"and overlaps by {-least:.2f} m"
+        sentences.append(f"The manoeuvre passes {passed} {closest}.")
+    return Reasons(tuple(sentences), times, first, binding)
+
+
+def _binding(seen: Seen) -> list[Meeting]:
+    """The closest approaches of the manoeuvre that leave little beyond the margin, closest first."""
+    if seen.manoeuvre is None or not seen.others:
+        return []
+    times = seen.time + np.linspace(0.0, seen.blocked.horizon, VIEW_APPROACH_SAMPLES)
+    positions = seen.manoeuvre.position(times)
+    found = []
+    for row, other in enumerate(seen.others):
+        meeting = _closest(seen, other, row, times, positions)
+        if meeting is not None and meeting.clearance <= other.margin + VIEW_BINDING:
+            found.append(meeting)
+    return sorted(found, key=lambda meeting: meeting.clearance)
+
+
+def _closest(seen: Seen, other: Other, row: int, times: Array, positions: Array) -> Meeting | None:
+    begin, end = other.obstacle.trajectory.span
+    there = (times >= begin) & (times <= end)
+    if not there.any():
+        return None
+    centres = other.obstacle.trajectory.position(times[there])
+    away = np.linalg.norm(centres - positions[there], axis=1)
+    reach = other.obstacle.shape.bounding_radius + seen.blocked.robot.bounding_radius + other.margin + VIEW_BINDING
+    if away.min() > reach:
+        return None
+    distance = clearances(other.obstacle, seen.blocked.robot, times[there], positions[there])
+    k = int(np.argmin(distance))
+    return Meeting(row, float(times[there][k] - seen.time), float(distance[k]))
+
+
+def _numbers(control: Array) -> str:
+    return "(" + ", ".join(f"{x:.1f}" for x in np.round(control, 1) + 0.0).replace("-", "−") + ")"

@@ -18,10 +18,9 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from slalom import kernels
-from slalom.checks import whole
-from slalom.errors import InvalidInput, reason
-from slalom.live.messages import pack
-from slalom.live.page import live_page
+from slalom.base.checks import whole
+from slalom.base.errors import InvalidInput, reason
+from slalom.live.messages import live_page, pack
 from slalom.live.session import Session
 
 T = TypeVar("T")

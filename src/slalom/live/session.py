@@ -1,28 +1,250 @@
 """One view of a scenario: its state, and the answers to commands. It is independent of the network."""
 
-from collections.abc import Mapping
-from typing import Any, Final
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
-from slalom.checks import vector, whole
-from slalom.errors import InvalidInput, SlalomError
-from slalom.live.control_space import control_message
-from slalom.live.edits import dragged, from_step, with_obstacle, with_setting, without_obstacle
-from slalom.live.fields import Fields
+from slalom.base.checks import Array, number, positive, vector, whole
+from slalom.base.errors import InvalidInput, SlalomError
+from slalom.base.tolerances import VIEW_SAMPLES
+from slalom.decision import Decision
+from slalom.decision.methods import Method, method as method_of
+from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import pack
-from slalom.live.others import state_at
-from slalom.live.played import Made, Played, Replayed
-from slalom.live.recorded import Recorded
+from slalom.live.recorded import Recorded, last_state
 from slalom.live.scene import Scene, series
-from slalom.live.seen import Seen, seen_alone, seen_among, with_response
-from slalom.live.targets import Targets
-from slalom.methods import Method, method as method_of
+from slalom.live.seen import Seen, Targets, decisions, has_left, seen_alone, seen_among, state_at, with_response
+from slalom.model.goal import Goal
+from slalom.model.shape import round_shape
+from slalom.model.state import State
+from slalom.model.trajectory import (
+    Circular,
+    ConstantAcceleration,
+    ConstantVelocity,
+    PiecewisePolynomial,
+    Sampled,
+    Stationary,
+    Trajectory,
+)
+from slalom.obstacle import Obstacle
+from slalom.obstacle.periodic import moved
 from slalom.sim.files.scenario_writer import scenario_text
+from slalom.sim.measure.recording import Step
 from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.run.simulate import Run
-from slalom.sim.scenario import Scenario
-from slalom.tolerances import VIEW_SAMPLES
+from slalom.sim.scenario import Robot, Scenario
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Where the steps of a view come from: a run that is made, or a recording that is replayed.
+
+
+class Played(Protocol):
+    """Steps of a run."""
+
+    @property
+    def steps(self) -> list[Step]:
+        """The steps that are known."""
+
+    @property
+    def arrived(self) -> Array:
+        """Times of arrival (n,) [s] known so far, inf for the others."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether all steps are known."""
+
+    @property
+    def end(self) -> Step:
+        """The states at the end of a complete run."""
+
+    def advance(self, count: int) -> None:
+        """Make further steps, if the run is not complete."""
+
+    def decision(self, k: int) -> Decision:
+        """Return the decision at step k of the only robot."""
+
+
+class Made:
+    """A run that is made step by step, see `Played`."""
+
+    def __init__(self, scenario: Scenario, method: Method) -> None:
+        self._scenario, self._run = scenario, Run(scenario, method)
+        self._making = self._run.steps()
+        self._decisions: list[Decision] = []
+        self.complete = False
+
+    @property
+    def steps(self) -> list[Step]:
+        """The steps so far."""
+        return self._run.log.steps
+
+    @property
+    def arrived(self) -> Array:
+        """Times of arrival (n,) [s] so far."""
+        return self._run.log.arrived
+
+    @property
+    def end(self) -> Step:
+        """The states after the last step."""
+        log = self._run.log
+        if log.steps:
+            return last_state(log.positions, log.velocities)
+        here = np.array([robot.state.position for robot in self._scenario.robots])
+        return last_state(here, np.zeros_like(here))
+
+    def advance(self, count: int) -> None:
+        """Make further steps."""
+        for _ in range(0 if self.complete else count):
+            if next(self._making, None) is None:
+                self.complete = True
+                break
+            decider = self._run.decider
+            if isinstance(decider, SingleRobotDecider):
+                assert decider.decision is not None
+                self._decisions.append(decider.decision)
+
+    def decision(self, k: int) -> Decision:
+        """Return the decision at step k of the only robot."""
+        return self._decisions[k]
+
+
+class Replayed:
+    """A recorded run, see `Played`. Its decisions are made again from the recorded states, up to the step asked for."""
+
+    complete = True
+
+    def __init__(self, found: Recorded) -> None:
+        self._found = found
+        self.steps, self.end, self.arrived = found.steps, found.end, found.arrived
+        self._making = None if found.method is None else decisions(found.scenario, found.method, found.steps)
+        self._decisions: list[Decision] = []
+
+    def advance(self, count: int) -> None:
+        """All steps are known."""
+
+    def decision(self, k: int) -> Decision:
+        """Return the decision at step k of the only robot, of a run with a known method."""
+        assert self._making is not None
+        while len(self._decisions) <= k:
+            self._decisions.append(next(self._making))
+        return self._decisions[k]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Changes of a scenario by hand: each returns another scenario.
+
+
+HANDLES = ("robot", "robot_velocity", "goal", "obstacle", "obstacle_velocity")
+
+
+def from_step(scenario: Scenario, steps: Sequence[Step], k: int) -> Scenario:
+    """Return the scenario that begins with the states of step k of a run; robots that have left are left out."""
+    if k == 0 or not steps:
+        return scenario
+    now = scenario.start + scenario.dt * k
+    kept = [j for j in range(len(scenario.robots)) if not has_left(scenario, steps, k, j)]
+    robots = tuple(replace(scenario.robots[j], state=state_at(steps, k, j)) for j in kept)
+    duration = max(scenario.dt, scenario.start + scenario.duration - now)
+    return replace(scenario, robots=robots, start=now, duration=duration)
+
+
+def dragged(scenario: Scenario, what: str, index: int, to: npt.ArrayLike) -> Scenario:
+    """Return the scenario with a handle moved to a position (d,) [m].
+
+    A velocity handle is where the robot or obstacle would be after one second. An obstacle whose velocity is set moves
+    straight from then on.
+
+    Raises:
+        InvalidInput: an unknown handle, no such robot or obstacle, a position that is not d numbers.
+    """
+    target = vector(to, "to", scenario.dimension)
+    if what not in HANDLES:
+        raise InvalidInput(f"what: expected one of {', '.join(HANDLES)}; found {what!r}")
+    listed: Sequence[Any] = scenario.obstacles if what.startswith("obstacle") else scenario.robots
+    if whole(index, "index") >= len(listed):
+        raise InvalidInput(f"index: expected a number below {len(listed)}, found {index}")
+    if what.startswith("obstacle"):
+        obstacles = list(scenario.obstacles)
+        obstacles[index] = _obstacle(obstacles[index], what, target, scenario.start)
+        return replace(scenario, obstacles=tuple(obstacles))
+    robots = list(scenario.robots)
+    robots[index] = _robot(robots[index], what, target)
+    return replace(scenario, robots=tuple(robots))
+
+
+def _robot(robot: Robot, what: str, target: Array) -> Robot:
+    state, goal = robot.state, robot.goal
+    if what == "goal":
+        return replace(robot, goal=Goal(Stationary(target), goal.tolerance, goal.stop))
+    if what == "robot":
+        return replace(robot, state=State(target, state.velocity))
+    velocity = target - state.position
+    size = float(np.linalg.norm(velocity))
+    largest = robot.limits.max_speed
+    return replace(robot, state=State(state.position, velocity * min(1.0, largest / max(size, largest))))
+
+
+def _obstacle(obstacle: Obstacle, what: str, target: Array, now: float) -> Obstacle:
+    if not obstacle.exists(now):
+        raise InvalidInput(f"obstacle {obstacle.name!r}: expected one that exists at {now:g} s, found none then")
+    here = obstacle.trajectory.position(now)
+    if what == "obstacle":
+        return replace(obstacle, trajectory=displaced_by(obstacle.trajectory, target - here))
+    velocity = target - here
+    if obstacle.turns and isinstance(obstacle.heading, str) and not np.any(velocity):
+        x, y = obstacle.direction(now)
+        return replace(obstacle, trajectory=Stationary(here), heading=float(np.arctan2(y, x)))
+    return replace(obstacle, trajectory=ConstantVelocity(here, velocity, now))
+
+
+def displaced_by(trajectory: Trajectory, by: Array) -> Trajectory:
+    """Return a trajectory displaced `by` (d,) [m], of the same kind where the kind is one of files."""
+    places = {
+        Stationary: "initial_position",
+        ConstantVelocity: "initial_position",
+        ConstantAcceleration: "initial_position",
+        Circular: "center",
+        Sampled: "positions",
+    }
+    for kind, name in places.items():
+        if type(trajectory) is kind:
+            found: Trajectory = replace(trajectory, **{name: getattr(trajectory, name) + by})  # type: ignore[type-var]  # a dataclass
+            return found
+    if isinstance(trajectory, PiecewisePolynomial):
+        coefficients = trajectory.coefficients.copy()
+        coefficients[:, 0] += by
+        return PiecewisePolynomial(trajectory.durations, coefficients, trajectory.start)
+    return moved(trajectory, by)
+
+
+def with_obstacle(scenario: Scenario, to: npt.ArrayLike, radius: float) -> Scenario:
+    """Return the scenario with one more disc or ball at rest at a position (d,) [m]."""
+    place = vector(to, "to", scenario.dimension)
+    shape = round_shape(positive(radius, "radius"), scenario.dimension)
+    obstacle = Obstacle(shape, Stationary(place), f"obstacle {len(scenario.obstacles)}")
+    return replace(scenario, obstacles=(*scenario.obstacles, obstacle))
+
+
+def without_obstacle(scenario: Scenario, index: int) -> Scenario:
+    """Return the scenario without one obstacle. Raises InvalidInput if there is no such obstacle."""
+    if whole(index, "index") >= len(scenario.obstacles):
+        raise InvalidInput(f"index: expected a number below {len(scenario.obstacles)}, found {index}")
+    return replace(scenario, obstacles=scenario.obstacles[:index] + scenario.obstacles[index + 1 :])
+
+
+def with_setting(scenario: Scenario, name: str, value: float) -> Scenario:
+    """Return the scenario with another horizon, margin or patience. Raises InvalidInput for another name."""
+    if name not in ("horizon", "margin", "patience"):
+        raise InvalidInput(f"name: expected one of horizon, margin, patience; found {name!r}")
+    return scenario.with_settings({name: number(value, name)})
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# One view of a scenario: its state, and the answers to commands. It is independent of the network.
+
 
 CHUNK: Final = 5
 """[1] Steps of a run in one message."""

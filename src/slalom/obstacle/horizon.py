@@ -6,12 +6,11 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.checks import Array, NotNegative, Positive, mapping, positive
-from slalom.fields import check_fields
-from slalom.limits import Limits
+from slalom.base.checks import Array, NotNegative, Positive, check_fields, mapping, positive
+from slalom.base.tolerances import SHORTEST_HORIZON
+from slalom.model.limits import Limits
+from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
-from slalom.state import State
-from slalom.tolerances import SHORTEST_HORIZON
 
 
 @runtime_checkable

@@ -12,15 +12,15 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array, listing, number, or_infinite
-from slalom.errors import InvalidInput
-from slalom.forecast import Forecast, predicted
+from slalom.base.checks import Array, listing, number, or_infinite
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import IMAGES, INTERPOLATION
+from slalom.forecast.forecast import Forecast, predicted
 from slalom.kernels.arrays import Indices
+from slalom.model.path import Path
+from slalom.model.trajectory import Stationary, Trajectory
+from slalom.model.trajectory.protocol import moving_direction
 from slalom.obstacle.obstacle import Obstacle
-from slalom.path import Path
-from slalom.tolerances import IMAGES, INTERPOLATION
-from slalom.trajectory import Stationary, Trajectory
-from slalom.trajectory.direction import moving_direction
 
 Period = tuple[float, ...]
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.checks import (
+from slalom.base.checks import (
     FORECAST,
     UNCERTAINTY,
     Array,
@@ -22,20 +22,18 @@ from slalom.checks import (
     probability,
     whole_numbers,
 )
-from slalom.errors import InvalidInput
-from slalom.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
-from slalom.kernels.arrays import Indices, Pieces
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import UNCERTAINTY_PIECES
+from slalom.forecast.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
+from slalom.forecast.linear import table_between, table_until
+from slalom.kernels.arrays import Indices, Pieces, Records, zero_records
 from slalom.kernels.decision.tables import EVERY_WORLD, ObstacleAtHorizon
-from slalom.kernels.records import Records, zero_records
-from slalom.linear_forecast import table_between, table_until
-from slalom.obstacle.at_horizon import at_horizon
-from slalom.obstacle.minkowski import sum_of_shapes
+from slalom.model.shape import Shape, round_shape
+from slalom.model.trajectory import ConstantAcceleration
+from slalom.model.uncertainty import Uncertainty
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import NO_TURNS, Bodies, Reach, no_bodies, passive_bodies, pieces_of_each
-from slalom.shape import Shape, round_shape
-from slalom.tolerances import UNCERTAINTY_PIECES
-from slalom.trajectory import ConstantAcceleration
-from slalom.uncertainty import Uncertainty
+from slalom.obstacle.pieces import NO_TURNS, Bodies, Reach, no_bodies, passive_bodies, pieces_of_each, sum_of_shapes
+from slalom.obstacle.table import at_horizon
 
 
 class Tracks:

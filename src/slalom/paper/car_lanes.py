@@ -9,13 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array
+from slalom.base.checks import Array
+from slalom.base.tolerances import INTERPOLATION
+from slalom.model.path import Path, hermite_step
+from slalom.model.trajectory import Circular
+from slalom.model.trajectory.protocol import Endless
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
-from slalom.path import Path, hermite_step
-from slalom.tolerances import INTERPOLATION
-from slalom.trajectory import Circular
-from slalom.trajectory.protocol import Endless
 
 Indices = npt.NDArray[np.intp]
 

@@ -7,16 +7,16 @@ import numpy as np
 import numpy.typing as npt
 from joblib import Parallel, delayed
 
-from slalom.checks import Array
-from slalom.control_obstacle import ControlObstacle
-from slalom.limits import admissible_ball
+from slalom.base.checks import Array
+from slalom.base.tolerances import COLLISION
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.choice.selection import select
+from slalom.model.limits import admissible_ball
+from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 from slalom.paper.controller import RESPONSE, RIM_RADIUS, ROBOT, Rules, hits, preferred_acceleration, run
-from slalom.selection import select
 from slalom.sim.gallery import build
-from slalom.state import State
-from slalom.tolerances import COLLISION
 
 START: Final = State((-RIM_RADIUS, 0.0), (5.0, 0.0))
 """Initial state on the rim, heading for the centre, as in the gallery."""

@@ -10,14 +10,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.control_obstacle import ControlObstacle
-from slalom.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.forecast.forecast import AtConstantAcceleration, AtConstantVelocity, Forecast, Known
+from slalom.model.response import Acceleration, Response, Velocity
+from slalom.model.shape import Disc
+from slalom.model.state import State
+from slalom.model.trajectory import Circular
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
-from slalom.response import Acceleration, Response, Velocity
-from slalom.shape import Disc
-from slalom.state import State
-from slalom.trajectory import Circular
 
 LANE: Final = 4.0
 """[m] Distance between the centre lines of neighbouring lanes."""

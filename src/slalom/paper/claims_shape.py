@@ -4,10 +4,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from slalom.checks import Array
+from slalom.base.checks import Array
+from slalom.model.response import Acceleration
+from slalom.model.trajectory import ConstantAcceleration
 from slalom.paper.obstacles import CONE, CONE_ACCELERATION, CONE_POSITION, RADIUS, obstacle_of
-from slalom.response import Acceleration
-from slalom.trajectory import ConstantAcceleration
 
 HORIZON: Final = 50.0
 """[s] Long, so that the horizon cuts only a small tip off the cone."""

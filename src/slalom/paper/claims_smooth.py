@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from joblib import Parallel, delayed
 
-from slalom.methods import METHODS
+from slalom.decision.methods import METHODS
 from slalom.sim import simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import METRICS

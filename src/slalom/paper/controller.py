@@ -11,27 +11,27 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array
-from slalom.control_obstacle import ControlObstacle
-from slalom.forecast import Known
-from slalom.goal import Goal
-from slalom.limits import Admissible, Limits, admissible_ball
-from slalom.methods import METHODS
+from slalom.base.checks import Array
+from slalom.base.tolerances import COLLISION, COMMITTED_SLACK, CONTACT_SLACK
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.choice.selection import select
+from slalom.decision.methods import METHODS
+from slalom.forecast.forecast import Known
+from slalom.model.goal import Goal
+from slalom.model.limits import Admissible, Limits, admissible_ball
+from slalom.model.response import Acceleration
+from slalom.model.shape import Disc
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 from slalom.paper.car_lanes import CarLanes
-from slalom.response import Acceleration
-from slalom.selection import select
-from slalom.shape import Disc
 from slalom.sim import Recording, Robot, Scenario
 from slalom.sim.gallery import build
-from slalom.sim.measure.broad_phase import nearest_clearances
+from slalom.sim.measure.closest_approach import nearest_clearances
 from slalom.sim.measure.metrics import adjustments, mean_acceleration, mean_jerk
-from slalom.sim.measure.run_log import RunLog, Step
-from slalom.sim.run.robot_states import integrate
-from slalom.state import State
-from slalom.tolerances import COLLISION, COMMITTED_SLACK, CONTACT_SLACK
-from slalom.trajectory import Stationary
+from slalom.sim.measure.recording import RunLog, Step
+from slalom.sim.run.states import integrate
 
 RESPONSE: Final = Acceleration()
 ROBOT: Final = Disc(1.0)

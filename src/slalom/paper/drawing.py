@@ -10,11 +10,10 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, PathPatch
 
-from slalom.checks import Array
-from slalom.control_obstacle import ControlObstacle
-from slalom.trajectory import Trajectory
-from slalom.view.control_grid import Plane, filled
-from slalom.view.control_space import Extent
+from slalom.base.checks import Array
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.model.trajectory import Trajectory
+from slalom.view.control_space import Extent, Plane, filled
 from slalom.view.style import COLUMN, FAINT, INK, NEUTRAL, PAGE, ROBOT, colour_at, colour_bar, disc, halo, time_scale
 
 UNION: Final = "#ececec"

@@ -10,16 +10,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slalom.control_obstacle import ControlObstacle
-from slalom.forecast import AtConstantAcceleration, AtConstantVelocity
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.forecast.forecast import AtConstantAcceleration, AtConstantVelocity
+from slalom.model.response import Acceleration, Response, Velocity
+from slalom.model.shape import Disc
+from slalom.model.state import State
+from slalom.model.trajectory import Circular, ConstantAcceleration, ConstantVelocity, Trajectory
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.paper.drawing import DASHES
-from slalom.response import Acceleration, Response, Velocity
-from slalom.shape import Disc
-from slalom.state import State
-from slalom.trajectory import Circular, ConstantAcceleration, ConstantVelocity, Trajectory
 from slalom.view.style import FAINT, GOAL, INK, ROBOT, disc, style
 
 RADIUS: Final = 1.6

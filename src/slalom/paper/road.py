@@ -7,16 +7,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from slalom.control_obstacle import ControlObstacle
-from slalom.limits import admissible_ball
-from slalom.methods import METHODS
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.decision.methods import METHODS
+from slalom.model.limits import admissible_ball
+from slalom.model.response import Velocity
+from slalom.model.trajectory import Circular
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 from slalom.paper import drawing
-from slalom.response import Velocity
 from slalom.sim import Scenario
 from slalom.sim.gallery import build
-from slalom.trajectory import Circular
 from slalom.view import control_space
 from slalom.view.style import FAINT, GOAL, INK, NEUTRAL, ROBOT, colour_at, disc, style, time_scale
 

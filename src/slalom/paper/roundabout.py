@@ -8,21 +8,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from slalom.checks import Array
-from slalom.control_obstacle import ControlObstacle
-from slalom.goal import Goal
-from slalom.limits import admissible_ball
-from slalom.manoeuvre import Manoeuvre
+from slalom.base.checks import Array
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.model.goal import Goal
+from slalom.model.limits import admissible_ball
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.shape import Disc
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle.window import ObstacleWindow
 from slalom.paper import drawing
 from slalom.paper.claims_crossing import START, clearances, crossing, exits, grid
 from slalom.paper.controller import MARGIN, RESPONSE, RIM_RADIUS, Rules, preferred_acceleration, run
-from slalom.shape import Disc
 from slalom.sim import Scenario
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import positions_at
-from slalom.state import State
-from slalom.trajectory import Stationary
 from slalom.view import control_space, workspace
 from slalom.view.style import FAINT, PAGE, ROBOT, style
 

@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from slalom import view
-from slalom.checks import known
-from slalom.errors import InvalidInput
+from slalom.base.checks import known
+from slalom.base.errors import InvalidInput
 from slalom.paper.entries import ENTRIES, Effort
 from slalom.paper.page import page
 

@@ -8,8 +8,7 @@ used. (The wheel of `pyrvo` declares the simulator that it was made for, ir-sim,
 Its code imports none of them: `pip install --no-deps pyrvo` suffices.)
 """
 
-from slalom.peers.crowd import Crowd, Discs, Team
-from slalom.peers.sight import discs, outlines
+from slalom.peers.crowd import Crowd, Discs, Team, discs, outlines
 from slalom.peers.table import CONTENDERS, PEERS, Peer, contender, contender_named
 
 __all__ = [

@@ -9,16 +9,12 @@ from typing import Any, Final, cast
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import known, shown, text
-from slalom.errors import InvalidInput
-from slalom.methods import METHODS, Method
-from slalom.peers.barrier import BarrierFilter
-from slalom.peers.behaviours import Behaviours
+from slalom.base.checks import known, shown, text
+from slalom.base.errors import InvalidInput
+from slalom.decision.methods import METHODS, Method
 from slalom.peers.crowd import Crowd, Team, imported
-from slalom.peers.dynamic_window import DynamicWindow
-from slalom.peers.parameters import parameters_of, parsed, with_parameters
-from slalom.peers.path_integral import PathIntegral
-from slalom.peers.rvo2 import Rvo2
+from slalom.peers.others import Behaviours, Rvo2
+from slalom.peers.planners import BarrierFilter, DynamicWindow, PathIntegral, parameters_of, parsed, with_parameters
 
 
 @dataclass(frozen=True)
@@ -236,7 +232,8 @@ def contender(given: str | Method | Peer) -> Method | Peer:
 def contender_named(name: str) -> Method | Peer:
     """Method or peer by name, installed or not.
 
-    For methods also NAME@FORESIGHT, see `methods.method`; for peers NAME:PARAMETER=VALUE:..., see `Peer.parameters`.
+    For methods also NAME@FORESIGHT, see `decision.methods.method`; for peers NAME:PARAMETER=VALUE:..., see
+    `Peer.parameters`.
 
     Raises:
         InvalidInput: an unknown name, with all known ones; a peer with a foresight, a method of slalom with parameters;

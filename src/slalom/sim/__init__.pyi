@@ -3,20 +3,8 @@
 from . import gallery as gallery
 from .files.scenario_yaml import read_scenario as read_scenario
 from .measure import metrics as metrics
-from .measure.recording import Recording as Recording
-from .measure.run_summary import RunSummary as RunSummary
-from .run.simulate import (
-    decision_at as decision_at,
-    simulate as simulate,
-)
-from .scenario import (
-    Robot as Robot,
-    Scenario as Scenario,
-)
+from .measure.recording import Recording as Recording, RunSummary as RunSummary
+from .run.simulate import decision_at as decision_at, simulate as simulate
+from .scenario import Robot as Robot, Scenario as Scenario
 from .sweep.case import load as load
-from .sweep.study import (
-    Row as Row,
-    compare as compare,
-    compare_all as compare_all,
-)
-from .sweep.study_yaml import read_study as read_study
+from .sweep.study import Row as Row, compare as compare, compare_all as compare_all, read_study as read_study

@@ -3,16 +3,16 @@
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import Array
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.limits import Limits
+from slalom.base.checks import Array
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import MAX_TRIES
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.shape import Disc
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle.periodic import Period, to_nearest
-from slalom.shape import Disc
 from slalom.sim.scenario import Robot
-from slalom.state import State
-from slalom.tolerances import MAX_TRIES
-from slalom.trajectory import Stationary
 
 
 def random_positions(

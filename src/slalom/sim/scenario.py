@@ -2,17 +2,18 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from slalom.checks import (
+from slalom.base.checks import (
     GOAL,
     LIMITS,
     METHOD,
     OBJECTIVE,
     SHAPE,
     STATE,
+    Array,
     array_of,
     has,
     known,
@@ -24,22 +25,119 @@ from slalom.checks import (
     share,
     text,
 )
-from slalom.decision.navigator import Navigator
-from slalom.decision.navigator_checks import checked_holds
-from slalom.errors import InvalidInput
-from slalom.goal import Goal, refuse_stop
-from slalom.limits import Limits
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
+from slalom.decision.methods import HOLDS, Method
+from slalom.decision.navigator import Navigator, checked_holds
+from slalom.decision.objective import Arrive, Objective, needs_goal
 from slalom.lookahead.navigator import LookAhead
-from slalom.methods import HOLDS, Method
-from slalom.objective import Arrive, Objective, needs_goal
+from slalom.model.goal import Goal, refuse_stop
+from slalom.model.limits import Limits
+from slalom.model.shape import Shape
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import Period, checked_period, displaced, images_met
-from slalom.shape import Shape
-from slalom.sight import Sight
-from slalom.sim.hidden_goals import refuse_hidden_goals
-from slalom.sim.limited_sight import SIGHT, refuse_sight, sight_of
-from slalom.state import State
-from slalom.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
+from slalom.obstacle.periodic import Period, checked_period, displaced, images_met, in_box
+from slalom.obstacle.pieces import outline_parts
+from slalom.perception.sight import FULL_TURN, OCCLUSIONS, Sight
+from slalom.sim.shape_distance import clearances
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The limited sight of the robots of a scenario, from its settings.
+
+
+SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidden_speed", "passive_safety")
+"""Settings of scenarios that limit sight."""
+
+
+def sight_of(settings: Mapping[str, float]) -> Sight | None:
+    """The sight of the settings SIGHT; None where nothing is limited.
+
+    Raises:
+        InvalidInput: a setting out of its range; passive safety without a range.
+    """
+    for name in SIGHT:
+        not_negative(settings[name], name)
+    for name in ("occlusion", "passive_safety"):
+        if settings[name] not in (0.0, 1.0, 2.0):
+            raise InvalidInput(f"{name}: expected 0, 1 or 2, found {settings[name]:g}")
+    passive = settings["passive_safety"]
+    if passive and not settings["sight_range"]:
+        raise InvalidInput("sight_range: expected one above 0 with passive_safety, found 0")
+    if not any(settings[name] for name in ("sight_range", "field_of_view", "occlusion")):
+        return None
+    return Sight(
+        settings["sight_range"] or float("inf"),
+        settings["field_of_view"] or FULL_TURN,
+        settings["sight_near"],
+        OCCLUSIONS[int(settings["occlusion"])],
+        settings["hidden_speed"] if passive else None,
+        passive == 2.0,
+    )
+
+
+def refuse_sight(sight: Sight | None, dimension: int, robots: int, period: Period | None) -> None:
+    """Raise InvalidInput for limited sight in space or in a periodic world, and passive safety of several robots."""
+    if sight is None:
+        return
+    if dimension != 2:
+        raise InvalidInput(f"sight_range: expected limited sight in the plane only, found dimension {dimension}")
+    if period is not None:
+        raise InvalidInput(f"period: expected none with limited sight, found {period}")
+    if sight.hidden_speed is not None and robots > 1:
+        raise InvalidInput(f"passive_safety: expected 0 for several robots, found it for {robots}")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Goals at rest that an obstacle at rest covers for all time: no robot reaches them.
+
+
+def refuse_hidden_goals(
+    goals: Sequence[Goal],
+    shapes: Sequence[Shape],
+    obstacles: Sequence[Obstacle],
+    start: float,
+    horizon: float,
+    period: Period | None,
+) -> None:
+    """Raise InvalidInput for a goal at rest that an obstacle at rest, or an image of it, covers.
+
+    Args:
+        shapes: of the robots with these goals. start, horizon [s], period [m]: see `Scenario`.
+    """
+    still = [k for k, goal in enumerate(goals) if isinstance(goal.trajectory, Stationary)]
+    positions = {k: goals[k].position(start) for k in still}
+    for obstacle in obstacles:
+        if not obstacle.at_rest:
+            continue
+        for k in still if period is not None else _near(obstacle, start, positions, shapes):
+            images, position, radius = [obstacle], positions[k], shapes[k].bounding_radius
+            if period is not None:
+                found = in_box(images, period, start, horizon, position - radius, position + radius)
+                images = [displaced(obstacle, by) for _, by in found]
+            each = [float(clearances(image, shapes[k], np.zeros(1), position[None])[0]) for image in images]
+            clearance = min(each, default=np.inf)
+            if clearance + goals[k].tolerance < 0.0:
+                raise InvalidInput(
+                    f"goal: expected a position that the robot can reach, found one {-clearance:g} m deep in obstacle "
+                    f"{obstacle.name!r} grown by the robot's shape"
+                )
+
+
+def _near(obstacle: Obstacle, t: float, positions: dict[int, Array], shapes: Sequence[Shape]) -> list[int]:
+    """The positions (d,) [m], by number, at which a robot touches the bounding box of an obstacle at time t [s]."""
+    if not positions:
+        return []
+    parts = outline_parts(obstacle, t)
+    low = np.min([part.corners.min(axis=0) - part.radius for part in parts], axis=0)
+    high = np.max([part.corners.max(axis=0) + part.radius for part in parts], axis=0)
+    places = np.array(list(positions.values()))
+    away = np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
+    return [k for k, distance in zip(positions, away.tolist()) if distance <= shapes[k].bounding_radius]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A scenario: robots, obstacles and the settings of a run.
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from slalom.checks import Array
+from slalom.base.checks import Array
+from slalom.model.shape import Part, Shape
 from slalom.obstacle import Obstacle
-from slalom.shape import Part, Shape
 
 ORIGIN = shapely.Point(0.0, 0.0)
 

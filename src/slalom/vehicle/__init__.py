@@ -4,10 +4,8 @@ A vehicle decides for a point of its body ahead of the axle. That point can move
 docs/vehicles.md.
 """
 
-from slalom.vehicle.bicycle import Bicycle
-from slalom.vehicle.differential_drive import DifferentialDrive
+from slalom.vehicle.kinds import Bicycle, DifferentialDrive
 from slalom.vehicle.navigator import VehicleDecision, VehicleNavigator
-from slalom.vehicle.pose import Command, Pose
-from slalom.vehicle.vehicle import Vehicle
+from slalom.vehicle.vehicle import Command, Pose, Vehicle
 
 __all__ = ["Bicycle", "Command", "DifferentialDrive", "Pose", "Vehicle", "VehicleDecision", "VehicleNavigator"]

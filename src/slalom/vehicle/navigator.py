@@ -8,22 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import GOAL, LIMITS, Array, has, not_negative, number, positive, whole
-from slalom.control_obstacle import ControlObstacle
+from slalom.base.checks import GOAL, LIMITS, Array, has, not_negative, number, positive, whole
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import CONTACT_SLACK, GROWTHS, TIME, TRACKING_RESERVE, TURN_RESERVES
+from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.decision.methods import HOLDS, Method
 from slalom.decision.navigator import Navigator
-from slalom.errors import InvalidInput
-from slalom.goal import Goal, refuse_stop
-from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre
-from slalom.methods import HOLDS, Method
+from slalom.model.goal import Goal, refuse_stop
+from slalom.model.limits import Limits
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.response import AccelerateThenBrake
+from slalom.model.shape import Capsule, Disc, Rectangle
+from slalom.model.state import State
 from slalom.obstacle.window import Obstacles, ObstacleWindow
-from slalom.response import AccelerateThenBrake
-from slalom.shape import Capsule, Disc, Rectangle
-from slalom.state import State
-from slalom.tolerances import CONTACT_SLACK, GROWTHS, TIME, TRACKING_RESERVE, TURN_RESERVES
-from slalom.vehicle.pose import POSE, Command, Pose
-from slalom.vehicle.vehicle import Vehicle
+from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle
 
 
 class Moment(NamedTuple):

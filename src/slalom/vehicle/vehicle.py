@@ -1,22 +1,229 @@
 """Common parts of vehicles: decisions for a point ahead of the axle, and commands that follow its plan."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, hypot, sin, sqrt
+from typing import Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from slalom.checks import DECISION, Array, has, not_negative, number, positive
+from slalom.base.checks import (
+    DECISION,
+    GOAL,
+    Array,
+    Checked,
+    Number,
+    check_fields,
+    has,
+    not_negative,
+    number,
+    positive,
+    vector,
+)
+from slalom.base.tolerances import CREEPING, GOAL_HEADING_BLEND, POINT_TOLERANCE, QUADRATURE_STAGES
 from slalom.decision import Decision
-from slalom.goal import Goal
-from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre
-from slalom.shape import Disc
-from slalom.state import State
-from slalom.tolerances import CREEPING
-from slalom.vehicle.motion import BodyMotion, Motion, Turning, driven, hermite_error
-from slalom.vehicle.pose import POSE, Command, Pose, goal_of_point
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path import Path, hermite
+from slalom.model.path_goal import PathGoal
+from slalom.model.response.protocol import Unsteered
+from slalom.model.shape import Disc
+from slalom.model.state import Affine, State
+from slalom.obstacle.periodic import moved
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Integration of the motion of a vehicle in one period, and its path as cubic pieces.
+
+
+def _collocation() -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
+    """Nodes, weights and weights of the integrals up to each node of Gauss quadrature on [0, 1]."""
+    nodes, weights = np.polynomial.legendre.leggauss(QUADRATURE_STAGES)
+    nodes, weights = 0.5 * (1.0 + nodes), 0.5 * weights
+    powers = np.arange(QUADRATURE_STAGES)
+    up_to = (nodes[:, None] ** (powers + 1) / (powers + 1)) @ np.linalg.inv(nodes[:, None] ** powers)
+    return tuple(nodes.tolist()), tuple(weights.tolist()), tuple(tuple(row) for row in up_to.tolist())
+
+
+_NODES, _WEIGHTS, _UP_TO = _collocation()
+
+
+class Motion(NamedTuple):
+    """State of a vehicle as numbers: `Pose`."""
+
+    x: float
+    y: float
+    heading: float
+    speed: float
+    turn: float
+
+
+class Turning(NamedTuple):
+    """Bounds (m,) for m periods on the absolute turn rate w of the heading [rad/s] and its first three derivatives."""
+
+    w: Array
+    w1: Array
+    w2: Array
+    w3: Array
+
+
+def driven(
+    start: Motion, speed: float, turn: float, duration: float, turn_rate: Callable[[float, float], float]
+) -> Motion:
+    """Motion after `duration` [s] in which speed [m/s] and turn change at constant rates to the given values.
+
+    turn_rate: of the heading [rad/s], from speed and turn.
+    """
+    speeds = [start.speed + node * (speed - start.speed) for node in _NODES]
+    rates = [turn_rate(v, start.turn + node * (turn - start.turn)) for v, node in zip(speeds, _NODES)]
+    x, y = start.x, start.y
+    for weight, row, v in zip(_WEIGHTS, _UP_TO, speeds):
+        angle = start.heading + duration * sum(share * rate for share, rate in zip(row, rates))
+        x += duration * weight * v * cos(angle)
+        y += duration * weight * v * sin(angle)
+    heading = start.heading + duration * sum(weight * rate for weight, rate in zip(_WEIGHTS, rates))
+    return Motion(x, y, heading, speed, turn)
+
+
+class BodyMotion(Unsteered):
+    """Response whose motion is that of a point of a vehicle, whatever the control: gain 0.
+
+    With it a `ControlObstacle` judges the motion of a vehicle as that of a robot.
+
+    Args:
+        times: (m + 1,) [s] from now. path: (m + 1, 2) [m] of the point, velocities: (m + 1, 2) [m/s].
+        error: [m] of the cubic pieces between the times.
+    """
+
+    def __init__(self, times: Array, path: Array, velocities: Array, error: float) -> None:
+        self.times, self.interpolation_error = times, error
+        self._pieces: Path = hermite(times, path, velocities)
+
+    def _affine(self, t: npt.ArrayLike, derivative: int) -> Affine:
+        time = np.asarray(t, dtype=np.float64)
+        return Affine(self._at(time, derivative), np.zeros_like(time))
+
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 0)
+
+    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 1)
+
+    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 2)
+
+    def _at(self, t: Array, derivative: int) -> Array:
+        """Values (..., 2) of a derivative of the cubic pieces."""
+        times = self.times
+        k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
+        h = np.diff(times)[k]
+        s = ((t - times[k]) / h)[..., None]
+        p = np.moveaxis(self._pieces.points[k], -2, 0)
+        if derivative == 0:
+            r = 1.0 - s
+            return np.asarray(r**3 * p[0] + 3.0 * r * r * s * p[1] + 3.0 * r * s * s * p[2] + s**3 * p[3])
+        d = [3.0 * (b - a) / h[..., None] for a, b in pairwise(p)]
+        if derivative == 1:
+            return np.asarray((1.0 - s) ** 2 * d[0] + 2.0 * s * (1.0 - s) * d[1] + s * s * d[2])
+        return np.asarray(2.0 * ((1.0 - s) * (d[1] - d[0]) + s * (d[2] - d[1])) / h[..., None])
+
+    @property
+    def start(self) -> State:
+        """Position and velocity at time 0."""
+        return State(self._at(np.zeros(()), 0), self._at(np.zeros(()), 1))
+
+    def knots(self, horizon: float, speed_bound: float) -> Array:
+        inner = self.times[(self.times > 0.0) & (self.times < horizon - 1e-9)]
+        return np.concatenate([[0.0], inner, [horizon]])
+
+
+def hermite_error(speeds: Array, turning: Turning, offset: float, step: float) -> float:
+    """Largest error [m] of cubic pieces of `step` [s] for a point `offset` [m] ahead of the axle.
+
+    `speeds` (m + 1,) [m/s] at the ends of the periods. With the unit vector e along the heading, the fourth derivative
+    of the position is 3 v' e'' + v e''' plus `offset` times that of e.
+    """
+    fastest, rate = np.maximum(np.abs(speeds[:-1]), np.abs(speeds[1:])), np.abs(np.diff(speeds)) / step
+    w, w1, w2, w3 = turning
+    second, third = np.hypot(w1, w * w), np.hypot(w2 + w**3, 3.0 * w * w1)
+    fourth = np.hypot(w3 + 6.0 * w * w * w1, 4.0 * w * w2 + 3.0 * w1 * w1 + w**4)
+    largest = (3.0 * rate * second + fastest * third + abs(offset) * fourth).max(initial=0.0)
+    return float(largest * step**4 / 384.0)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# State and command of a vehicle in the plane, and the goal of the point that it decides for.
+
+
+POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")
+"""For checks, see `checks.STATE`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Position, heading, speed and turn of a vehicle.
+
+    `position` (2,) [m] of the middle of its axle (of a bicycle, the rear one), `heading` [rad], `speed` [m/s] along the
+    heading, negative in reverse. `turn` is the turn rate [rad/s] of a differential drive, or the steering angle [rad]
+    of a bicycle.
+    """
+
+    position: Checked = Checked(vector)
+    heading: Number  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+    speed: Number = 0.0
+    turn: Number = 0.0
+
+    def __post_init__(self) -> None:
+        vector(self.position, "position", 2)
+        check_fields(self)
+
+    @property
+    def direction(self) -> Array:
+        """Unit vector (2,) along the heading."""
+        return np.array([cos(self.heading), sin(self.heading)])
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity (2,) [m/s] of the middle of the axle in the world frame."""
+        return self.speed * self.direction
+
+
+class Command(NamedTuple):
+    """The speed and turn rate, or steering angle, to reach at the end of a period at constant rates.
+
+    `speed` [m/s], and as `turn` a turn rate [rad/s] (differential drive) or a steering angle [rad] (bicycle).
+    """
+
+    speed: float
+    turn: float
+
+
+def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bool) -> Goal:
+    """Goal of a point `ahead` [m] of the axle that brings the axle to `goal`.
+
+    The point goes as far beyond the goal as it is ahead of the axle, seen from the axle. Within a distance of two times
+    `ahead` a vehicle that `reverses` may also come from the other side. Close to the goal its heading is kept.
+    """
+    has(pose, *POSE, "pose")
+    has(goal, *GOAL, "goal")
+    if isinstance(goal, PathGoal):
+        last = goal.points[-1] - goal.points[-2]
+        points = np.concatenate([goal.points[:-1], goal.points[-1:] + ahead * last / hypot(*last)])
+        return PathGoal(points, goal.speeds, POINT_TOLERANCE * goal.tolerance, goal.stop, lookahead=goal.lookahead)
+    direction, displacement = pose.direction, goal.position(now) - pose.position
+    if reverses and hypot(*displacement) < 2.0 * ahead and displacement @ direction < 0.0:
+        displacement = -displacement
+    beyond = displacement + (GOAL_HEADING_BLEND * goal.tolerance) * direction
+    length = hypot(*beyond)
+    offset = ahead * (beyond / length if length > 0.0 else direction)
+    return Goal(moved(goal.trajectory, offset), POINT_TOLERANCE * goal.tolerance, goal.stop)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Common parts of vehicles: decisions for a point ahead of the axle, and commands that follow its plan.
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,9 @@ All figures are `matplotlib.figure.Figure` objects, never pyplot figures: no win
 
 from slalom.view.control_space import control_space
 from slalom.view.figure import decision, paths
+from slalom.view.film import animate
 from slalom.view.fleet import fleet
-from slalom.view.resize import resized
-from slalom.view.style import save
-from slalom.view.video import animate
+from slalom.view.style import resized, save
 from slalom.view.workspace import workspace
 
 __all__ = ["animate", "control_space", "decision", "fleet", "paths", "resized", "save", "workspace"]

@@ -1,26 +1,43 @@
 """Drawing of the control space: control obstacle by time to collision, admissible set, and controls."""
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import shapely
-from contourpy import LineType, contour_generator
+from contourpy import FillType, LineType, contour_generator
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path as Outline
 
-from slalom.checks import Array, vector
-from slalom.control_obstacle import ControlObstacle
-from slalom.errors import InvalidInput
-from slalom.limits import Admissible
-from slalom.shape import Part
-from slalom.view.bodies import body, outline
-from slalom.view.control_grid import LARGE, Plane, clearance_field, filled
-from slalom.view.kinds import kind
-from slalom.view.regions import admissible_region
+from slalom.base.checks import Array, vector
+from slalom.base.errors import InvalidInput
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.decision import Decision, Outcome
+from slalom.decision.navigator import Navigator
+from slalom.decision.objective import Situation, preferred_control
+from slalom.model.goal import Goal
+from slalom.model.limits import Admissible
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path_goal import PathGoal
+from slalom.model.response import (
+    AccelerateThenBrake,
+    AccelerateThenCoast,
+    AccelerateThenStop,
+    Acceleration,
+    Jerk,
+    LaggedVelocity,
+    Response,
+    Velocity,
+)
+from slalom.model.response.kinds import AccelerationSequence
+from slalom.model.shape import Part
+from slalom.model.state import State
+from slalom.obstacle.window import ObstacleWindow
 from slalom.view.style import (
     FAINT,
     INK,
@@ -34,6 +51,147 @@ from slalom.view.style import (
     time_levels,
     time_scale,
 )
+from slalom.view.workspace import body, outline
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Clearance to control obstacles on a grid over the drawn part of the control space.
+
+
+LARGE: Final = 1e6
+"""[m] Magnitude of a clearance of which only the sign matters."""
+
+
+class Plane(NamedTuple):
+    """Grid over the drawn part of the control space; in space at one third component."""
+
+    x: Array  # (n,)
+    y: Array  # (n,)
+    height: float | None  # third component, None in the plane
+
+    def lift(self, points: Array) -> Array:
+        """Return controls (..., d) at points (..., 2) of the plane."""
+        if self.height is None:
+            return points
+        return np.concatenate([points, np.full((*points.shape[:-1], 1), self.height)], axis=-1)
+
+    @property
+    def controls(self) -> Array:
+        """Controls of the grid (n, n, d), rows along y."""
+        return self.lift(np.stack(np.meshgrid(self.x, self.y), axis=-1))
+
+
+def clearance_field(blocked: ControlObstacle, index: int, horizon: float, controls: Array, inside: Array) -> Array:
+    """Return the clearance (n, n) [m] to one obstacle up to `horizon` [s]: exact at its border, elsewhere +-LARGE.
+
+    Args:
+        inside: (n, n) whether each control of the grid collides.
+    """
+    field = np.where(inside, -LARGE, LARGE)
+    corners = np.stack([inside[:-1, :-1], inside[1:, :-1], inside[:-1, 1:], inside[1:, 1:]])
+    mixed = corners.any(axis=0) & ~corners.all(axis=0)
+    border = np.zeros(inside.shape, dtype=bool)
+    for rows in (slice(None, -1), slice(1, None)):
+        for columns in (slice(None, -1), slice(1, None)):
+            border[rows, columns] |= mixed
+    if border.any():
+        traffic = blocked.obstacles
+        margin = np.broadcast_to(np.asarray(blocked.margin), (len(traffic.obstacles),))[index]
+        single = ControlObstacle(
+            blocked.response,
+            blocked.state,
+            ObstacleWindow([traffic.obstacles[index]], traffic.start, traffic.horizon),
+            blocked.robot,
+            float(margin),
+            horizon,
+        )
+        clearances = single.clearance(controls[border])
+        # Keep the sign of the grid: rounding at the border must not change the sign of a cell next to +-LARGE.
+        field[border] = np.where(inside[border], np.clip(clearances, -LARGE, -1e-12), np.clip(clearances, 1e-12, LARGE))
+    return field
+
+
+def filled(plane: Plane, field: Array) -> Outline:
+    """Return the region with negative `field` (n, n), including holes, as a path."""
+    drawn = contour_generator(plane.x, plane.y, field, fill_type=FillType.OuterCode)
+    parts: Any = drawn.filled(-10.0 * LARGE, 0.0)
+    return Outline.make_compound_path(*(Outline(points, codes) for points, codes in zip(*parts)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Sets of controls as shapely geometries.
+
+
+def admissible_region(admissible: Admissible, height: float | None = None) -> Any:
+    """Return the admissible set as a shapely polygon; in space its section at the third component `height`.
+
+    Circles have 1024 corners: the error is 5e-6 of the radius.
+
+    Raises:
+        InvalidInput: a set without a bounding ball.
+    """
+    if not len(admissible.radii):
+        raise InvalidInput("admissible: expected a set bounded by a ball, found none")
+    depth = 0.0 if height is None else height - admissible.centers[:, -1]
+    squares = admissible.radii**2 - np.broadcast_to(depth, admissible.radii.shape) ** 2
+    if np.any(squares <= 0.0):
+        return shapely.Polygon()
+    radii = np.sqrt(squares)
+    balls = [shapely.Point(c[:2]).buffer(float(r), quad_segs=256) for c, r in zip(admissible.centers, radii)]
+    region: Any = shapely.intersection_all(balls)
+    # The set lies within size / 4 of 0: clipping the distance of an edge to size / 2 does not change the section.
+    size = 4.0 * float(np.linalg.norm(admissible.centers, axis=1).max() + admissible.radii.max())
+    for normal, offset in zip(admissible.normals, admissible.offsets):
+        planar_normal, planar_offset = normal[:2], offset - (0.0 if height is None else normal[2] * height)
+        length = float(np.linalg.norm(planar_normal))
+        if length < 1e-12:
+            region = region if planar_offset >= 0.0 else shapely.Polygon()
+            continue
+        along, side = planar_normal / length, np.array([-planar_normal[1], planar_normal[0]]) / length
+        edge = along * np.clip(planar_offset / length, -0.5 * size, 0.5 * size)
+        corners = [edge - size * side, edge + size * side, edge + size * (side - along), edge - size * (side + along)]
+        region = region.intersection(shapely.Polygon(corners))
+    return region
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Words for controls: name, letter, unit, and description of the response.
+
+
+class Kind(NamedTuple):
+    """Kind of a control: name, letter, unit, and description of the response."""
+
+    name: str
+    letter: str
+    unit: str
+    description: str
+
+
+def kind(response: Response) -> Kind:
+    """Return the kind of the controls of `response`."""
+    match response:
+        case Velocity():
+            words = f"reached in {response.ramp:g} s" if response.ramp else "reached at once"
+            return Kind("velocity", "v", "m/s", words)
+        case LaggedVelocity():
+            return Kind("velocity", "v", "m/s", f"approached with lag {response.lag:.3g} s")
+        case Acceleration():
+            return Kind("acceleration", "a", "m/s²", "held")
+        case AccelerateThenCoast():
+            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then coasting")
+        case AccelerateThenBrake() | AccelerateThenStop():
+            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then braking")
+        case AccelerationSequence():
+            more = f"then {len(response.then)} more" if response.then else "then coasting"
+            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, {more}")
+        case Jerk():
+            return Kind("jerk", "j", "m/s³", "held")
+        case _:
+            return Kind("control", "u", "control", type(response).__name__)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Drawing of the control space: control obstacle by time to collision, admissible set, and controls.
+
 
 Extent = tuple[float, float, float, float]
 """Limits x from, x to, y from, y to of the panel, in units of the control."""
@@ -293,3 +451,76 @@ def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles:
     ]
     legend_below(ax, entries, 2)
     colour_bar(time_scale(blocked.horizon), ax, "time to collision [s]")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Admissible set, preferred and chosen control of a decision, in the control space that is drawn.
+
+
+class DrawnControls(NamedTuple):
+    """Controls in the control space that is drawn; `label` describes the chosen one."""
+
+    admissible: Admissible
+    preferred: Array
+    chosen: Array | None
+    label: str
+
+    @classmethod
+    def of(
+        cls,
+        response: Response,
+        state: State,
+        admissible: Admissible,
+        preferred: Array,
+        manoeuvre: Manoeuvre | None,
+        now: float,
+        period: float,
+    ) -> "DrawnControls":
+        """Return the controls of a robot that is committed to a manoeuvre, in the control space of a response.
+
+        A manoeuvre may belong to another response or an earlier time, where its control has no meaning. The chosen
+        control then is the one applied over this period [s].
+        """
+        if manoeuvre is None:
+            return cls(admissible, preferred, None, "")
+        if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):
+            return cls(admissible, preferred, manoeuvre.control, "chosen")
+        applied, quantity = manoeuvre.mean_acceleration(now, period), kind(response).name
+        if quantity == "velocity":
+            return cls(admissible, preferred, state.velocity + period * applied, "next velocity (manoeuvre kept)")
+        if quantity == "acceleration":
+            return cls(admissible, preferred, applied, "applied now (manoeuvre kept)")
+        return cls(admissible, preferred, None, "")
+
+
+def target_of(
+    goal: Goal, navigator: Navigator, state: State, window: ObstacleWindow, progress: float | None
+) -> tuple[Goal, float]:
+    """Return what a robot drives to until its next decision, and the largest speed [m/s] there.
+
+    On a path this is a point ahead, as `Navigator.decide` takes it; `progress` [m] is that of the decision, or None.
+    """
+    limits = navigator.limits
+    if not isinstance(goal, PathGoal):
+        return goal, limits.max_speed
+    step = navigator.step_along(goal, state, window, progress)
+    return step.goal, step.max_speed
+
+
+def preferred_of(navigator: Navigator, situation: Situation, max_speed: float) -> Array:
+    """Return the control (d,) that the objective prefers with this largest speed [m/s]."""
+    limits = replace(situation.limits, max_speed=max_speed)
+    return preferred_control(navigator.objective.aims(replace(situation, limits=limits)))
+
+
+def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> DrawnControls:
+    """Return the controls of a decision, in the control space of `decision.blocked`."""
+    blocked = decision.blocked
+    response, state, now = blocked.response, blocked.state, blocked.obstacles.start
+    admissible = navigator.limits.admissible(response, state, navigator.horizon)
+    preferred = decision.preferred
+    if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
+        target, max_speed = target_of(goal, navigator, state, blocked.obstacles, decision.progress)
+        situation = navigator.situation(response, state, target, now)
+        preferred = preferred_of(navigator, situation, max_speed)
+    return DrawnControls.of(response, state, admissible, preferred, decision.manoeuvre, now, navigator.period)

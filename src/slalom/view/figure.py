@@ -1,6 +1,6 @@
 """Complete figures: one decision in two panels, and a whole run."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -12,34 +12,37 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure
 
-from slalom.checks import Array, array, vectors
+from slalom.base.checks import Array, array, vectors
+from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.manoeuvre import Manoeuvre
+from slalom.model.goal import Goal
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import Shape
 from slalom.obstacle import Obstacle
-from slalom.obstacle.minkowski import outline_parts
-from slalom.path_goal import PathGoal
-from slalom.shape import Shape
-from slalom.view.bodies import body, box_of, parts_at
-from slalom.view.control_space import Extent, control_space
-from slalom.view.drawn_controls import DrawnControls, drawn_controls, target_of
-from slalom.view.extent import padded_extent, times_within
-from slalom.view.goals import draw_goal, goal_box
-from slalom.view.kinds import kind
-from slalom.view.regions import admissible_region
-from slalom.view.style import (
-    COLUMN,
-    INK,
-    NEUTRAL,
-    PAGE,
-    colour_at,
-    colour_bar,
-    halo,
-    style,
+from slalom.obstacle.pieces import outline_parts
+from slalom.view.control_space import (
+    DrawnControls,
+    Extent,
+    admissible_region,
+    control_space,
+    drawn_controls,
+    kind,
+    target_of,
 )
-from slalom.view.workspace import label_axes, workspace
+from slalom.view.style import COLUMN, GOAL, INK, NEUTRAL, PAGE, ROBOT, colour_at, colour_bar, halo, style
+from slalom.view.workspace import (
+    body,
+    box_of,
+    draw_goal,
+    goal_box,
+    label_axes,
+    padded_extent,
+    parts_at,
+    times_within,
+    workspace,
+)
 
 TIMES: Final = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.06, 1.0, 256)))
 """Colour map of the times of a run: later is darker."""
@@ -293,3 +296,41 @@ def _snapshots(
         )
         text.set_path_effects(halo(2.0))
         text.set_gid(f"time-{number}")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Figure of a drive: the path of a robot among obstacles, and the commands that it was given.
+
+
+def driven(
+    times: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    obstacles: Sequence[Obstacle],
+    *,
+    robot: Shape,
+    goal: Goal | None,
+    commands: Mapping[str, npt.ArrayLike],
+) -> Figure:
+    """Draw the path of a robot to the left, and its commands over time to the right.
+
+    Args:
+        times: (n,) [s], increasing. positions: (n, 2) [m].
+        obstacles: those that it met, on their trajectories.
+        commands: values (n,) by label, each in a panel.
+
+    Raises:
+        InvalidInput: as `paths`.
+    """
+    with style():
+        figure = Figure(figsize=(PAGE, 0.48 * PAGE), layout="constrained")
+        grid = figure.add_gridspec(max(len(commands), 1), 2, width_ratios=(1.5, 1.0))
+        left = figure.add_subplot(grid[:, 0])
+        paths(times, positions, obstacles, robot=robot, goal=goal, ax=left)
+        since = np.asarray(times, dtype=np.float64) - np.asarray(times, dtype=np.float64)[0]
+        for k, (label, values) in enumerate(commands.items()):
+            ax = figure.add_subplot(grid[k, 1])
+            ax.step(since, np.asarray(values, dtype=np.float64), where="post", color=(ROBOT, GOAL, INK)[k % 3], lw=0.9)
+            ax.set_ylabel(label)
+            ax.margins(x=0.0)
+        figure.axes[-1].set_xlabel("time since the first command [s]")
+    return figure

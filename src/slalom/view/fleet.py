@@ -1,27 +1,33 @@
 """Figure of a run of several robots: all tracks alike, coloured by time."""
 
+import re
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import FancyArrowPatch, Patch
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
-from slalom.checks import Array
-from slalom.path_goal import PathGoal
-from slalom.sim import Recording
-from slalom.view.bodies import body, box_of, parts_at
-from slalom.view.extent import padded_extent
-from slalom.view.figure import TIMES, column_axes, obstacle_boxes, obstacle_paths
-from slalom.view.goals import draw_goal_path
-from slalom.view.style import GOAL, INK, NEUTRAL, colour_at, colour_bar, halo, style
-from slalom.view.workspace import label_axes
+from slalom.base.checks import Array
+from slalom.base.errors import InvalidInput
+from slalom.decision.methods import Method
+from slalom.kernels.arrays import Flags
+from slalom.model.path_goal import PathGoal
+from slalom.obstacle.pieces import outline_parts
+from slalom.peers import Peer, contender_named
+from slalom.sim import Recording, Scenario, decision_at
+from slalom.sim.measure.closest_approach import closest_approaches
+from slalom.view.figure import TIMES, column_axes, decision, obstacle_boxes, obstacle_paths, paths
+from slalom.view.style import GOAL, INK, NEUTRAL, ROBOT, colour_at, colour_bar, halo, style
+from slalom.view.workspace import body, box_of, draw_goal, draw_goal_path, goal_box, label_axes, padded_extent, parts_at
 
 _HEAD: Final = 0.45
 """[inch] Height of the title and the legend of a fleet."""
@@ -137,3 +143,159 @@ def _legend(ax: Axes, recording: Recording, with_goals: bool) -> None:
         handlelength=1.2,
         handletextpad=0.4,
     )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Figure of a recorded run: one decision of a single robot, or tracks for several robots or a peer.
+
+
+def replay(
+    recording: Recording,
+    scenario: Scenario,
+    method: str,
+    at: float | None = None,
+    names: bool = False,
+    uncertainty: bool = False,
+) -> Figure:
+    """Draw the decision at time `at` [s] after the start; by default the longest held one before the closest approach.
+
+    With several robots, draw the tracks of all, and with `names` their names; with one robot of a peer its track.
+    With `uncertainty`, the figure of a decision has the regions that hold obstacles with an uncertainty.
+
+    Raises:
+        InvalidInput: a run without a step; a time at which it does not run; a time or uncertainty in a figure of
+            tracks; names in one of a decision.
+    """
+    if not len(recording.accelerations):
+        raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
+    lasts = float(recording.times[-1] - recording.times[0])
+    if at is not None and not 0.0 <= at <= lasts:
+        raise InvalidInput(f"--figure-at: expected a time of the run, from 0 to {lasts:g} s, found {at:g} s")
+    contender = contender_named(method)
+    refuse_unfit(len(recording.shapes), contender, at, names, uncertainty)
+    if len(recording.shapes) > 1:
+        return fleet(recording, names=names)
+    if not isinstance(contender, Method):
+        goal = recording.goals[0] if recording.period is None else None
+        figure = paths(
+            recording.times,
+            recording.positions[:, 0],
+            recording.obstacles,
+            robot=recording.shapes[0],
+            goal=goal,
+            snapshots=6,
+        ).get_figure(root=True)
+        assert figure is not None
+        return figure
+    decided = [k for k, row in enumerate(recording.outcomes) if row[0]]
+    if at is None:
+        closest = min(closest_approaches(recording), default=None)
+        approach_time = closest.time if closest is not None else float(recording.times[0])
+        early = [k for k in decided if recording.times[k] <= approach_time] or decided
+        tight = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
+        hold_pattern = re.compile(r"hold=([0-9.]+)")
+        step = max(tight, key=lambda k: (float((hold_pattern.findall(recording.responses[k][0]) or [0])[0]), k))
+    else:
+        step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
+    replayed = decision_at(recording, scenario, contender, step)
+    elapsed = recording.times[step] - recording.times[0]
+    return decision(
+        replayed,
+        scenario.navigator(contender),
+        scenario.robot.goal,
+        track=np.asarray(recording.positions[: step + 1, 0]),
+        uncertainty=uncertainty,
+        title=f"{recording.scenario}, {method}, {elapsed:.1f} s after the start: {replayed.outcome.name.lower()}",
+    )
+
+
+def refuse_unfit(robots: int, contender: Method | Peer, at: float | None, names: bool, uncertainty: bool) -> None:
+    """Raise InvalidInput for what the figure of a run does not have: a time or uncertainty of tracks, names of one."""
+    if names and robots == 1:
+        raise InvalidInput("--names: expected a run of several robots, found one")
+    given = {"--figure-at": at is not None, "--uncertainty": uncertainty}
+    if robots > 1 or not isinstance(contender, Method):
+        found = f"{robots} robots" if robots > 1 else f"a robot with {contender.name}"
+        for option in (name for name, yes in given.items() if yes):
+            raise InvalidInput(f"{option}: expected a figure of a decision, found one of the tracks of {found}")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Picture of robots and obstacles at one time, for environments that show each step.
+
+
+SIDE, DOTS = 4.8, 100
+"""[inch] Width and height of the picture, and its resolution [dots per inch]."""
+
+
+class Picture:
+    """Picture of a scenario, drawn anew for each time; the axes hold what is there at the start.
+
+    Args:
+        window: whether to open a window of matplotlib. A backend without windows draws and shows nothing.
+    """
+
+    def __init__(self, scenario: Scenario, *, window: bool = False) -> None:
+        self._scenario, self._window = scenario, window
+        if window:
+            # Only a window needs pyplot, which keeps global state.
+            from matplotlib import pyplot
+
+            self.figure: Figure = pyplot.figure(figsize=(SIDE, SIDE), dpi=DOTS)
+        else:
+            self.figure = Figure(figsize=(SIDE, SIDE), dpi=DOTS)
+            FigureCanvasAgg(self.figure)
+        with style():
+            self._axes = self.figure.add_axes((0.13, 0.11, 0.84, 0.83))
+        boxes = [box_of(parts_at(robot.shape, robot.state.position)) for robot in scenario.robots]
+        boxes += [goal_box(r.goal, scenario.start) for r in scenario.robots]
+        boxes += [box_of(outline_parts(o, scenario.start)) for o in scenario.obstacles if o.exists(scenario.start)]
+        self._extent = padded_extent(np.concatenate(boxes), 1.0)
+
+    def draw(self, positions: Array, velocities: Array, there: Flags, now: float) -> None:
+        """Draw robots at `positions` (n, d) [m], those that are `there` (n,), and obstacles at `now` [s].
+
+        An arrow shows the displacement in one second.
+        """
+        ax, scenario = self._axes, self._scenario
+        with style():
+            ax.clear()
+            for k, obstacle in enumerate(scenario.obstacles):
+                if obstacle.exists(now):
+                    parts = outline_parts(obstacle, now)
+                    body(ax, parts, f"obstacle-{k}", facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5, zorder=3)
+            for k in np.flatnonzero(there).tolist():
+                robot, (x, y), (vx, vy) = scenario.robots[k], positions[k, :2], velocities[k, :2]
+                draw_goal(ax, robot.goal, now, now, now)
+                parts = parts_at(robot.shape, positions[k])
+                body(ax, parts, f"robot-{k}", facecolor=ROBOT, edgecolor=INK, linewidth=0.6, zorder=5)
+                if np.hypot(vx, vy) > 0.0:
+                    ends = ((x, y), (x + vx, y + vy))
+                    arrow = FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=6, color=INK, shrinkA=0, shrinkB=0)
+                    arrow.set_zorder(6)
+                    ax.add_patch(arrow)
+            left, right, low, high = self._extent
+            ax.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+            label_axes(ax, "" if scenario.dimension == 2 else "   (seen along z)")
+            ax.set_title(f"{scenario.name}, {now - scenario.start:.1f} s", pad=4)
+
+    def pixels(self) -> npt.NDArray[np.uint8]:
+        """The picture (height, width, 3) as red, green and blue."""
+        canvas: Any = self.figure.canvas
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+    def show(self) -> None:
+        """Show the picture in its window."""
+        canvas: Any = self.figure.canvas
+        canvas.draw()
+        if canvas.manager is not None and canvas.required_interactive_framework is not None:
+            canvas.manager.show()
+        canvas.flush_events()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window:
+            from matplotlib import pyplot
+
+            pyplot.close(self.figure)

@@ -1,31 +1,36 @@
 """Drawing of the workspace: robot and obstacles now, their paths, and the first contact."""
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import FancyArrowPatch
+from matplotlib.patches import FancyArrowPatch, Patch, PathPatch
+from matplotlib.path import Path as Outline
 from matplotlib.text import Annotation
 
-from slalom.checks import Array, vectors
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.manoeuvre import Manoeuvre
-from slalom.obstacle.minkowski import outline_parts
+from slalom.base.checks import Array, vectors
+from slalom.base.errors import InvalidInput
+from slalom.model.goal import Goal
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import Part, Shape
+from slalom.model.state import State
+from slalom.model.trajectory import Trajectory
+from slalom.obstacle import Obstacle
+from slalom.obstacle.pieces import outline_parts
 from slalom.obstacle.window import ObstacleWindow
-from slalom.shape import Shape
-from slalom.state import State
-from slalom.view.bodies import body, box_of, parts_at
-from slalom.view.extent import Extent, padded_extent, times_within
-from slalom.view.goals import draw_goal, draw_target, goal_box
 from slalom.view.style import (
     FAINT,
+    GOAL,
     INK,
     NEUTRAL,
     ROBOT,
     colour_at,
+    disc,
     dot,
     fading_line,
     halo,
@@ -34,7 +39,204 @@ from slalom.view.style import (
     time_scale,
     write_height,
 )
-from slalom.view.uncertain import uncertain_regions
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Drawing of shapes: circles for discs and balls, outlines of unions for other shapes; in space, projected along z.
+
+
+def parts_at(shape: Shape, position: Array) -> list[Part]:
+    """Return the parts of a shape that does not rotate, at `position` (d,) [m]."""
+    return [Part(position + part.corners, part.radius) for part in shape.parts]
+
+
+def region_of(parts: Sequence[Part]) -> Any:
+    """Return the union of rounded convex hulls as a shapely geometry; circles have 256 corners."""
+    hulls = [shapely.MultiPoint(part.corners[:, :2]).convex_hull for part in parts]
+    return shapely.union_all([hull.buffer(part.radius, quad_segs=64) for hull, part in zip(hulls, parts)])
+
+
+def outline(region: Any) -> Outline:
+    """Return the boundaries of one or several polygons, or lines, as one matplotlib path."""
+    rings = []
+    for geometry in getattr(region, "geoms", [region]):
+        if geometry.geom_type == "Polygon":
+            rings += [
+                Outline(np.asarray(ring.coords), closed=True) for ring in (geometry.exterior, *geometry.interiors)
+            ]
+        elif not geometry.is_empty:
+            rings.append(Outline(np.asarray(geometry.coords)))
+    return Outline.make_compound_path(*rings)
+
+
+def silhouette(parts: Sequence[Part]) -> Outline:
+    """Return the outline of `parts`, seen along the last axis in space; of walls without thickness, their lines."""
+    region = region_of(parts)
+    if region.area == 0.0:
+        region = shapely.union_all([shapely.LineString(part.corners[:, :2]) for part in parts])
+    return outline(region)
+
+
+def body(ax: Axes, parts: Sequence[Part], gid: str, **properties: Any) -> Patch:
+    """Draw the outline of `parts`, whose corners (n, d) [m] are in the world frame."""
+    if len(parts) == 1 and len(parts[0].corners) == 1:
+        return disc(ax, parts[0].corners[0], parts[0].radius, gid, **properties)
+    drawn = silhouette(parts)
+    if region_of(parts).area == 0.0:
+        properties = {**properties, "fill": False, "linewidth": max(1.0, float(properties.get("linewidth", 1.0)))}
+    patch = PathPatch(drawn, **properties)
+    patch.set_gid(gid)
+    ax.add_patch(patch)
+    return patch
+
+
+def box_of(parts: Sequence[Part]) -> Array:
+    """Return the lower and upper corner (2, 2) [m] of the bounding box of `parts`."""
+    low = np.min([part.corners[:, :2].min(axis=0) - part.radius for part in parts], axis=0)
+    high = np.max([part.corners[:, :2].max(axis=0) + part.radius for part in parts], axis=0)
+    return np.array([low, high])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Drawing of uncertainty: where an obstacle can be, at times of its prediction.
+
+
+STEPS: Final = 3
+"""Predicted times of each obstacle beside the present one; more hide each other."""
+
+
+def uncertain_regions(ax: Axes, traffic: ObstacleWindow) -> list[Line2D]:
+    """Draw the region that holds each obstacle with an uncertainty, now and at STEPS predicted times.
+
+    A region is the body of the obstacle, grown by the radius of its uncertainty.
+
+    Returns:
+        The legend entry, which states if no obstacle has an uncertainty.
+    """
+    known = [(i, one) for i, one in enumerate(traffic.obstacles) if one.uncertainty is not None]
+    if not known:
+        return [Line2D([], [], linestyle="none", label="no obstacle has an uncertainty")]
+    times = np.linspace(0.0, traffic.horizon, STEPS + 1)
+    for index, obstacle in known:
+        assert obstacle.uncertainty is not None
+        for t, radius in zip(times.tolist(), obstacle.uncertainty.radius(times, obstacle.dimension).tolist()):
+            if not obstacle.exists(traffic.start + t):
+                continue
+            grown = [Part(part.corners, part.radius + radius) for part in outline_parts(obstacle, traffic.start + t)]
+            opacity = 1.0 - 0.75 * t / traffic.horizon
+            properties = {"fill": False, "edgecolor": INK, "linewidth": 0.7, "linestyle": (0, (1, 1.5))}
+            body(ax, grown, f"uncertainty-{index}-{t:g}", zorder=2.6, alpha=opacity, **properties)
+    shown = ", ".join(f"{t:.3g}" for t in times)
+    return [Line2D([], [], color=INK, linewidth=0.7, linestyle=(0, (1, 1.5)), label=f"uncertainty, {shown} s")]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Boxes and times of what is drawn.
+
+
+Extent = tuple[float, float, float, float]
+"""Limits x from, x to, y from, y to of a panel [m]."""
+
+TIMES: Final = 40
+"""[1] Times of a run at which the positions of obstacles enter the drawn box."""
+
+
+def drawn_box(
+    points: Array, radius: float, obstacles: Sequence[Obstacle], start: float, end: float
+) -> tuple[Array, Array]:
+    """Return the lower and upper corner (d,) [m] of the box of a run: robots, goals, and the obstacles near them.
+
+    Args:
+        points: (n, d) [m] positions of robots and goals. radius: [m] of the largest robot. start, end: [s] of the run.
+    """
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    reach = 0.6 * float(np.max(high - low)) + 4.0 * radius
+    inner_low, inner_high = low - reach, high + reach
+    for obstacle in obstacles:
+        first, last = max(start, obstacle.trajectory.span[0]), min(end, obstacle.trajectory.span[1])
+        if first > last:
+            continue
+        centres = obstacle.trajectory.position(np.linspace(first, last, TIMES))
+        size = min(obstacle.shape.bounding_radius, reach)
+        near = ((centres > inner_low) & (centres < inner_high)).all(axis=1)
+        if near.any():
+            low = np.minimum(low, np.maximum(centres[near].min(axis=0) - size, inner_low))
+            high = np.maximum(high, np.minimum(centres[near].max(axis=0) + size, inner_high))
+    pad = 0.04 * float(np.max(high - low)) + radius
+    return low - pad, high + pad
+
+
+def padded_extent(points: Array, min_aspect: float) -> Extent:
+    """Return a bounding box of points (n, 2) with a margin of 5 %; the ratio of its sides is at least `min_aspect`."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, sides = 0.5 * (low + high), 1.1 * (high - low)
+    half = 0.5 * np.maximum(sides, max(min_aspect * float(sides.max()), 1e-3))
+    return (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1])
+
+
+def disc_box(center: Array, radius: float) -> Array:
+    """Return the lower and upper corner (2, 2) of the bounding box of a disc."""
+    return np.array([center[:2] - radius, center[:2] + radius])
+
+
+def times_within(trajectory: Trajectory, start: float, end: float, count: int) -> Array:
+    """Return evenly spaced times (count,) [s] from start to end within the span of a trajectory; none if disjoint."""
+    first, last = trajectory.span
+    begin, finish = max(start, first), min(end, last)
+    return np.linspace(begin, finish, count) if begin < finish else np.empty(0)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Drawing of goals, of paths that lead to them, and of the point ahead on a path.
+
+
+PATH_DASHES: Final = (0, (5, 2.5))
+"""Dashes of the path that leads to a goal."""
+
+
+def draw_goal(ax: Axes, goal: Goal, now: float, start: float, end: float) -> Line2D:
+    """Draw the goal at time `now` [s]: tolerance as a circle, a cross at the center, its path if it moves or has one.
+
+    The path of a goal that moves is that from `start` to `end` [s]; that of a `PathGoal` leads to it.
+    """
+    center = goal.position(now)
+    disc(ax, center, goal.tolerance, "goal", fill=False, edgecolor=GOAL, linewidth=1.1, zorder=5.8)
+    ax.plot(*center[:2], linestyle="none", marker="+", markersize=5, markeredgewidth=0.9, color=GOAL, zorder=5.8)
+    if center.size == 3:
+        write_height(ax, center, goal.tolerance)
+    path_times = times_within(goal.trajectory, start, end, 49)
+    if path_times.size and goal.trajectory.speed_bound(float(path_times[0]), float(path_times[-1])) > 0.0:
+        fading_line(ax, goal.position(path_times), GOAL, width=0.8, min_opacity=0.1, zorder=2.1)
+    handle = dot("none", GOAL, "goal")
+    if isinstance(goal, PathGoal):
+        draw_goal_path(ax, goal)
+        handle.set(linestyle=PATH_DASHES, linewidth=0.9, color=GOAL, label="goal and path")
+    return handle
+
+
+def draw_goal_path(ax: Axes, goal: Goal, axes: Sequence[int] = (0, 1)) -> None:
+    """Draw the path that leads to a `PathGoal`, along two axes; nothing for other goals."""
+    if isinstance(goal, PathGoal):
+        points = goal.points[:, list(axes)]
+        ax.plot(*points.T, color=GOAL, linewidth=0.9, linestyle=PATH_DASHES, zorder=2.1, gid="goal-path")
+
+
+def draw_target(ax: Axes, position: Array) -> Line2D:
+    """Draw the point of the path to which the preferred control leads."""
+    properties: dict[str, Any] = {"linestyle": "none", "marker": "D", "markersize": 3.4, "color": GOAL}
+    (mark,) = ax.plot(*position[:2], **properties, zorder=5.7, gid="target")
+    mark.set_path_effects(halo(2.0))
+    return Line2D([], [], **properties, label="point ahead on the path")
+
+
+def goal_box(goal: Goal, now: float) -> Array:
+    """Return the corners (n, 2) [m] of what `draw_goal` draws at time `now` [s]."""
+    box = disc_box(goal.position(now), goal.tolerance)
+    return np.concatenate([box, goal.points[:, :2]]) if isinstance(goal, PathGoal) else box
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Drawing of the workspace: robot and obstacles now, their paths, and the first contact.
+
 
 _HEIGHT_LABEL: Final = (0.075, 0.04)
 """[1] Width and height of the label of a height as shares of the panel, at the width of a page."""

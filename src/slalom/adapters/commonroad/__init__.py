@@ -9,10 +9,9 @@ orientation.
 from typing import Any, Final
 
 from slalom.adapters.commonroad import point_mass, single_track
-from slalom.adapters.commonroad.motion import Motion
+from slalom.adapters.commonroad.scene import Motion, in_goal
 from slalom.adapters.commonroad.solution import solution, write
-from slalom.adapters.commonroad.target import in_goal
-from slalom.checks import known
+from slalom.base.checks import known
 
 __all__ = ["MODELS", "Motion", "in_goal", "solution", "solve", "write"]
 

@@ -8,15 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from slalom.adapters.commonroad.motion import LENGTH, WIDTH, Motion
-from slalom.adapters.commonroad.scene import surroundings
-from slalom.adapters.commonroad.target import in_goal, target
+from slalom.adapters.commonroad.scene import LENGTH, WIDTH, Motion, in_goal, surroundings, target
+from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
-from slalom.goal import Goal
-from slalom.limits import Limits
-from slalom.methods import method
-from slalom.shape import Polygon
-from slalom.state import State
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.shape import Polygon
+from slalom.model.state import State
 
 MAX_SPEED = 50.0
 """[m/s] of a car, as CommonRoad bounds it."""

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from slalom.adapters.commonroad.motion import LENGTH, WIDTH, Motion
-from slalom.adapters.commonroad.scene import surroundings
-from slalom.adapters.commonroad.target import in_goal, target
-from slalom.checks import Array
-from slalom.methods import method
-from slalom.path_goal import PathGoal
-from slalom.shape import Rectangle
+from slalom.adapters.commonroad.scene import LENGTH, WIDTH, Motion, in_goal, surroundings, target
+from slalom.base.checks import Array
+from slalom.decision.methods import method
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import Rectangle
 from slalom.vehicle import Bicycle, Pose, VehicleNavigator
 
 WHEELBASE, STEERING, STEERING_RATE = 2.5789, 1.066, 0.4

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from slalom.adapters.commonroad.motion import Motion
+from slalom.adapters.commonroad.scene import Motion
 
 
 def solution(scenario: Any, problem: Any, motion: Motion) -> Any:

@@ -5,11 +5,10 @@
 
 import gymnasium
 
+from slalom.adapters.gym.filters import SafetyFilter, VectorSafetyFilter
 from slalom.adapters.gym.fleet import FleetEnv
 from slalom.adapters.gym.robot import RobotEnv
-from slalom.adapters.gym.safety_filter import SafetyFilter
 from slalom.adapters.gym.vector import RobotsEnv
-from slalom.adapters.gym.vector_filter import VectorSafetyFilter
 
 __all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
 

@@ -8,11 +8,19 @@ import numpy as np
 from pettingzoo import ParallelEnv
 
 from slalom.adapters.gym.robot import Observation
-from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
-from slalom.adapters.gym.shown import RENDER_MODES, Shown, checked_mode, information
+from slalom.adapters.gym.scenes import (
+    RENDER_MODES,
+    Scenes,
+    Shown,
+    Source,
+    action_space,
+    checked_mode,
+    information,
+    observation_space,
+)
 from slalom.adapters.gym.worlds import RUNNING, TIME, Worlds
-from slalom.checks import Array, array_of, mapping
-from slalom.errors import InvalidInput
+from slalom.base.checks import Array, array_of, mapping
+from slalom.base.errors import InvalidInput
 
 
 class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types

@@ -7,11 +7,19 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
-from slalom.adapters.gym.shown import RENDER_MODES, Shown, checked_mode, information
+from slalom.adapters.gym.scenes import (
+    RENDER_MODES,
+    Scenes,
+    Shown,
+    Source,
+    action_space,
+    checked_mode,
+    information,
+    observation_space,
+)
 from slalom.adapters.gym.worlds import RUNNING, TIME, Worlds
-from slalom.checks import Array, array_of
-from slalom.errors import InvalidInput
+from slalom.base.checks import Array, array_of
+from slalom.base.errors import InvalidInput
 
 Observation = npt.NDArray[np.float32]
 

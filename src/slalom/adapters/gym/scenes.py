@@ -4,15 +4,17 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import Space
 from gymnasium.spaces import Box
 
 from slalom.adapters.gym.motion import Motion
-from slalom.adapters.gym.worlds import Worlds
-from slalom.checks import did_you_mean, has, mapping, whole
-from slalom.errors import InvalidInput
+from slalom.adapters.gym.worlds import OUTCOMES, Worlds
+from slalom.base.checks import did_you_mean, has, known, mapping, whole
+from slalom.base.errors import InvalidInput
 from slalom.sim.gallery import build
 from slalom.sim.scenario import Scenario
+from slalom.view.fleet import Picture
 
 Source = str | Scenario | Callable[[int], Scenario]
 """A name of the gallery; one scenario for every episode; or a function from a seed to a scenario."""
@@ -88,3 +90,49 @@ def action_space(worlds: Worlds) -> Space[Any]:
 def observation_space(worlds: Worlds) -> Space[Any]:
     """Space of the observation of one robot."""
     return Box(-1.0, 1.0, (worlds.size,), np.float32)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Shared parts of environments with one world: pictures, and the values of `info` after a step.
+
+
+RENDER_MODES = ("rgb_array", "human")
+
+
+class Shown:
+    """Pictures of the only world of an environment."""
+
+    worlds: Worlds
+    render_mode: str | None
+    _picture: Picture | None = None
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Picture (height, width, 3) with render_mode "rgb_array"; with "human" it is shown at each step."""
+        return self._drawn().pixels() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._picture is not None:
+            self._picture.close()
+            self._picture = None
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._drawn().show()
+
+    def _drawn(self) -> Picture:
+        if self._picture is None:
+            self._picture = Picture(self.worlds.scenarios[0], window=self.render_mode == "human")
+        self._picture.draw(self.worlds.position[0], self.worlds.velocity[0], self.worlds.there[0], self.worlds.now())
+        return self._picture
+
+
+def checked_mode(render_mode: str | None) -> str | None:
+    """The render mode. Raises InvalidInput for an unknown one."""
+    return None if render_mode is None else known(render_mode, "render_mode", RENDER_MODES)
+
+
+def information(outcome: int, clearance: float, time: float) -> dict[str, Any]:
+    """The values of `info` after a step, see `RobotEnv`."""
+    name = OUTCOMES[outcome]
+    return {"outcome": name, "is_success": name == "arrived", "clearance": clearance, "time": time}

@@ -11,8 +11,8 @@ from gymnasium.vector.utils import batch_space
 
 from slalom.adapters.gym.scenes import Scenes, Source, action_space, observation_space
 from slalom.adapters.gym.worlds import ARRIVED, COLLISION, OUTCOMES, TIME, Worlds
-from slalom.checks import Array, array_of, listing, whole
-from slalom.errors import InvalidInput
+from slalom.base.checks import Array, array_of, listing, whole
+from slalom.base.errors import InvalidInput
 from slalom.kernels.arrays import Flags
 
 Observations = npt.NDArray[np.float32]

@@ -7,11 +7,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.adapters.ros.command import Command
 from slalom.adapters.ros.definitions import store
 from slalom.adapters.ros.messages import SECOND, seconds
-from slalom.adapters.ros.node import KINDS, Node
-from slalom.errors import InvalidFile, InvalidInput, reason
+from slalom.adapters.ros.node import KINDS, Command, Node
+from slalom.base.errors import InvalidFile, InvalidInput, reason
 
 ODOMETRY: Final = "nav_msgs/msg/Odometry"
 TWIST: Final = "geometry_msgs/msg/Twist"

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from slalom.adapters.ros.command import Command
-from slalom.checks import Array
-from slalom.errors import InvalidInput
+from slalom.adapters.ros.node import Command
+from slalom.base.checks import Array
+from slalom.base.errors import InvalidInput
+from slalom.model.shape import Disc, Shape
+from slalom.model.trajectory import Sampled, Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
-from slalom.shape import Disc, Shape
-from slalom.trajectory import Sampled, Stationary
 
 
 def figure(commands: Sequence[Command], robot: Shape) -> Any:
@@ -21,7 +21,7 @@ def figure(commands: Sequence[Command], robot: Shape) -> Any:
     Raises:
         InvalidInput: fewer than two commands.
     """
-    from slalom.view.driven import driven
+    from slalom.view.figure import driven
 
     if len(commands) < 2:
         raise InvalidInput(f"--figure: expected at least 2 commands to draw, found {len(commands)}")

@@ -5,10 +5,10 @@ from typing import Any, Final, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from slalom.checks import Array, number, shown, vector
-from slalom.errors import InvalidInput
-from slalom.tolerances import QUATERNION
-from slalom.vehicle.pose import Pose
+from slalom.base.checks import Array, number, shown, vector
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import QUATERNION
+from slalom.vehicle.vehicle import Pose
 
 T = TypeVar("T")
 SECOND: Final = 1_000_000_000

@@ -2,36 +2,57 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.adapters.ros.command import Command
-from slalom.adapters.ros.grid import grid_polygons, walls
-from slalom.adapters.ros.messages import (
-    SECOND,
-    Frames,
-    Odometry,
-    Placed,
-    Placement,
-    odometry,
-    seconds,
-    xyz,
-)
-from slalom.adapters.ros.tracked import markers, objects, obstacles
-from slalom.checks import GOAL, has, text
+from slalom.adapters.ros.messages import SECOND, Frames, Odometry, Placed, Placement, odometry, seconds, xyz
+from slalom.adapters.ros.tracked import grid_polygons, markers, objects, obstacles, walls
+from slalom.base.checks import GOAL, Array, has, text
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import EARLY_DECISION, OCCUPIED
 from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.objective import FollowVelocity
+from slalom.decision.objective import FollowVelocity
+from slalom.model.goal import Goal
+from slalom.model.path_goal import PathGoal
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.tracker import Tracker
-from slalom.path_goal import PathGoal
-from slalom.state import State
-from slalom.tolerances import EARLY_DECISION, OCCUPIED
-from slalom.trajectory import Stationary
+from slalom.perception.tracker import Tracker
 from slalom.vehicle.vehicle import Vehicle
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Commands of a node to a robot, and their messages.
+
+
+class Command(NamedTuple):
+    """Command for a period from the time of an odometry on."""
+
+    stamp: int  # [ns]
+    linear: Array  # (2,) [m/s] in the frame of the body, at the end of the period
+    angular: float  # [rad/s] at the end of the period
+    acceleration: Array  # (2,) [m/s^2] in the frame of the body, mean of the period; of the point ahead of the axle
+    decision: Decision
+
+    def twist(self, kinds: Any) -> Any:
+        """A geometry_msgs/Twist, made of `kinds.Twist` and `kinds.Vector3`."""
+        linear, angular = (*self.linear.tolist(), 0.0), (0.0, 0.0, self.angular)
+        return kinds.Twist(linear=_vector3(kinds, linear), angular=_vector3(kinds, angular))
+
+    def accel(self, kinds: Any) -> Any:
+        """A geometry_msgs/Accel, made of `kinds.Accel` and `kinds.Vector3`; it does not turn."""
+        linear = (*self.acceleration.tolist(), 0.0)
+        return kinds.Accel(linear=_vector3(kinds, linear), angular=_vector3(kinds, (0.0, 0.0, 0.0)))
+
+
+def _vector3(kinds: Any, values: tuple[float, ...]) -> Any:
+    return kinds.Vector3(**dict(zip("xyz", values, strict=True)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The core of a node: messages in, commands out. It reads no clock and no topic, so that a replay repeats it.
+
 
 KINDS: Final = {
     "nav_msgs/msg/Odometry": ("pose", "twist", "child_frame_id"),

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from slalom.tolerances import OCCUPIED
+from slalom.base.tolerances import OCCUPIED
 
 if TYPE_CHECKING:
     from slalom.adapters.ros.node import Node
@@ -76,13 +76,12 @@ class NodeSettings:
     def node(self) -> "Node":
         """A new node. Raises InvalidInput for settings that do not fit."""
         from slalom.adapters.ros.node import Node
+        from slalom.decision.methods import method
         from slalom.decision.navigator import Navigator
-        from slalom.limits import Limits
-        from slalom.methods import method
-        from slalom.obstacle.track_filter import ConstantVelocityFilter
-        from slalom.obstacle.tracker import Tracker
-        from slalom.shape import Disc
-        from slalom.vehicle.differential_drive import DifferentialDrive
+        from slalom.model.limits import Limits
+        from slalom.model.shape import Disc
+        from slalom.perception.tracker import ConstantVelocityFilter, Tracker
+        from slalom.vehicle.kinds import DifferentialDrive
 
         vehicle = None
         if self.track is not None:

@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any, Final
 
 from slalom.adapters.ros.settings import NodeSettings
-from slalom.errors import InvalidInput
+from slalom.base.errors import InvalidInput
 
 TOPICS: Final = {
     "odom": "nav_msgs/msg/Odometry",

@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from slalom.adapters.ros.bag import TWIST, Sent
-from slalom.adapters.ros.command import Command
 from slalom.adapters.ros.definitions import dds_type, to_dds
 from slalom.adapters.ros.messages import SECOND
-from slalom.adapters.ros.node import Node
+from slalom.adapters.ros.node import Command, Node
 
 DEPTH: Final = 10
 """Messages kept by a reader or writer, the default of ROS 2."""

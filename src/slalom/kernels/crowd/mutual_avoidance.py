@@ -6,9 +6,9 @@ of its agents a half-plane of velocities. An agent takes the permitted velocity 
 
 import numpy as np
 
+from slalom.base.tolerances import CROWD_RELAXATIONS, PARALLEL_LINES
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
-from slalom.tolerances import CROWD_RELAXATIONS, PARALLEL_LINES
 
 
 @kernel

@@ -7,10 +7,7 @@ velocity: a regression as by Nadaraya (Theory of Probability and Its Application
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, TrackSamples
-from slalom.kernels.jit import kernel
-from slalom.kernels.squared import squared
-from slalom.tolerances import (
+from slalom.base.tolerances import (
     SIMILAR_CANDIDATES,
     SIMILAR_DOUBT,
     SIMILAR_MEMORY,
@@ -19,6 +16,8 @@ from slalom.tolerances import (
     SIMILAR_VELOCITY,
     SIMILAR_VELOCITY_SPAN,
 )
+from slalom.kernels.arrays import Array, Indices, TrackSamples
+from slalom.kernels.jit import kernel, squared
 
 
 @kernel

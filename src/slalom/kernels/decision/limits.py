@@ -2,13 +2,12 @@
 
 import numpy as np
 
+from slalom.base.tolerances import ADMISSIBLE
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.tables import Bounds, DecisionSettings, ResponseTable, Robot, RobotTable
-from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.relative_motion.speed_limit import allowed_speed
-from slalom.kernels.squared import squared
-from slalom.tolerances import ADMISSIBLE
+from slalom.kernels.jit import inlined, kernel, squared
+from slalom.kernels.relative_motion.window import allowed_speed
 
 
 @inlined

@@ -7,15 +7,14 @@ controls.
 import numpy as np
 
 from slalom.kernels.arrays import Array, Flags, Indices
+from slalom.kernels.decision.bodies import meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import reachable_neighbours
-from slalom.kernels.decision.passive_bodies import meets_balls
 from slalom.kernels.decision.paths import bounding_balls, response_path, rest_of_path
 from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionTables, ObstaclePieces, Paths, Scratch
 from slalom.kernels.geometry.cubic import below, put_distance, restrict
-from slalom.kernels.jit import kernel
-from slalom.kernels.selection.admissible import nearest_admissible
-from slalom.kernels.squared import squared
+from slalom.kernels.jit import kernel, squared
+from slalom.kernels.selection.candidates import nearest_admissible
 
 
 @kernel

@@ -7,13 +7,14 @@ list finds the robots that are near at all, see `cell_list`.
 
 import numpy as np
 
+from slalom.base.tolerances import BALL_ROUNDING, BALL_WINDOWS, RESPONSE_WINDOWS
 from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
-from slalom.kernels.decision.paths import ball_of, bounding_balls, unchanged_control
-from slalom.kernels.decision.tables import DecisionSettings, ResponseTable, Robot, RobotTable
-from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.squared import squared
-from slalom.tolerances import BALL_ROUNDING, BALL_WINDOWS, RESPONSE_WINDOWS
+from slalom.kernels.decision.paths import ball_of, bounding_balls, continue_from_state, predict, unchanged_control
+from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, Robot, RobotTable
+from slalom.kernels.geometry.cubic import copy_into
+from slalom.kernels.jit import inlined, kernel, squared
 
 STRIDE = RESPONSE_WINDOWS // (2 * BALL_WINDOWS)
 """Windows of responses in half a window of the horizon."""
@@ -131,3 +132,171 @@ def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, ro
                 count += 1
                 break
     return met[:count]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Cell list of robots: those that a robot can meet are found in its own and the neighbouring cells.
+#
+# The cost for each robot then does not grow with their number. Robots that cannot meet decide at the same time, each
+# after all before it that it could meet.
+
+
+@kernel
+def build_cell_list(
+    order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings
+) -> CellList:
+    """The cell list that the decisions of the robots in `order` (m,) at this time have in common.
+
+    Their committed paths begin where they are, see `continue_from_state`.
+    """
+    robots, responses, settings = by_reference(robots), by_reference(responses), by_reference(settings)
+    position, velocity = np.empty(settings.dimension), np.empty(settings.dimension)
+    for i in order:
+        continue_from_state(i, robots, settings, position, velocity)
+    for k in range(len(robots.each)):
+        if robots.each[k].present:
+            predict(k, robots, settings)
+    return cell_list(order, robots, responses, settings)
+
+
+@kernel
+def largest_approach(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> float:
+    """The largest distance [m] that a robot of `order` (m,) and another one close within the horizon.
+
+    The decision of a robot that shares its manoeuvre is observed at once, so its whole reachable set counts for others.
+    """
+    centers, radii, own, other = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), 0.0, 0.0
+    for k in range(len(robots.each)):
+        one = robots.each[k]
+        if one.present:
+            other = max(other, farthest_distance(one.position[:], one.ball_centers[:], one.ball_radii[:]))
+    for i in order:
+        reachable_balls(i, robots, responses, settings, centers, radii)
+        own = max(own, farthest_distance(robots.each[i].position[:], centers, radii))
+    return own + max(own, other)
+
+
+@kernel
+def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
+    """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
+    n, d, worlds, margin, size, speed = len(robots.each), settings.dimension, 1, 0.0, 0.0, 0.0
+    low, high = np.full(d, np.inf), np.full(d, -np.inf)
+    for k in range(n):
+        robot = robots.each[k]
+        if not robot.present:
+            continue
+        size, speed = max(size, robot.radius), max(speed, robot.max_speed)
+        worlds, margin = max(worlds, robot.world + 1), max(margin, robot.margin_among)
+        for axis in range(d):
+            low[axis] = min(low[axis], robot.position[axis])
+            high[axis] = max(high[axis], robot.position[axis])
+    # Robots meet on straight lines at max speed, see `is_in_reach`.
+    far = 2.0 * speed * settings.horizon
+    if settings.shared:
+        far = max(far, largest_approach(order, robots, responses, settings))
+    far += 2.0 * size + margin
+    most = int(np.ceil((4.0 * n / worlds + 1.0) ** (1.0 / d)))
+    counts, width = np.ones(d, np.int64), np.empty(d)
+    total = worlds
+    for axis in range(d):
+        extent = high[axis] - low[axis]
+        if extent > far:
+            counts[axis] = min(int(extent / far), most)
+        width[axis] = max(extent / counts[axis], far)
+        total *= counts[axis]
+    first, member, cell = np.zeros(total + 1, np.int64), np.empty(n, np.int64), np.zeros(n, np.int64)
+    for k in range(n):
+        if robots.each[k].present:
+            cell[k] = cell_at(robots.each[k], low, width, counts)
+            first[cell[k] + 1] += 1
+    for c in range(total):
+        first[c + 1] += first[c]
+    free = first[:-1].copy()
+    for k in range(n):
+        if robots.each[k].present:
+            member[free[cell[k]]] = k
+            free[cell[k]] += 1
+    return CellList(low, width, counts, first, member)
+
+
+@kernel
+def cell_at(robot: Robot, low: Array, width: Array, counts: Indices) -> int:
+    """The number of the cell that holds a robot; the rest as in `CellList`. Those of one world follow each other."""
+    c = int(robot.world)
+    for axis in range(len(counts)):
+        at = int((robot.position[axis] - low[axis]) / width[axis])
+        c = c * counts[axis] + min(max(at, 0), counts[axis] - 1)
+    return int(c)
+
+
+@kernel
+def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: DecisionSettings, found: Indices) -> int:
+    """Number of the robots that robot i can meet within the horizon, both straight at max speed.
+
+    They are written into `found` (n,), by number. So their order does not depend on the cells, and sums over them have
+    the same bits in every partition.
+    """
+    robot = robots.each[i]
+    d, count, at = len(cells.counts), 0, np.zeros(3, np.int64)
+    for axis in range(d):
+        at[axis] = min(
+            max(int((robot.position[axis] - cells.low[axis]) / cells.width[axis]), 0), cells.counts[axis] - 1
+        )
+    deep = 1 if d == 3 else 0
+    for a in range(max(at[0] - 1, 0), min(at[0] + 2, cells.counts[0])):
+        for b in range(max(at[1] - 1, 0), min(at[1] + 2, cells.counts[1])):
+            for e in range(max(at[2] - deep, 0), min(at[2] + deep + 1, cells.counts[2] if d == 3 else 1)):
+                c = (robot.world * cells.counts[0] + a) * cells.counts[1] + b
+                if d == 3:
+                    c = c * cells.counts[2] + e
+                for m in range(cells.first[c], cells.first[c + 1]):
+                    k = cells.member[m]
+                    # Images of a robot move as it does, and it need not avoid them.
+                    if robots.each[k].number != robot.number and is_in_reach(robot, robots.each[k], settings):
+                        place = count
+                        while place > 0 and found[place - 1] > k:
+                            found[place] = found[place - 1]
+                            place -= 1
+                        found[place] = k
+                        count += 1
+    return count
+
+
+@inlined
+def is_in_reach(robot: Robot, other: Robot, settings: DecisionSettings) -> bool:
+    """Whether two robots can meet within the horizon, both straight at max speed."""
+    speeds, square = robot.max_speed + other.max_speed, 0.0
+    reach = speeds * settings.horizon + robot.radius + other.radius + robot.margin_among
+    for axis in range(settings.dimension):
+        square += squared(other.position[axis] - robot.position[axis])
+    return bool(square <= reach * reach)
+
+
+@kernel
+def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> Indices:
+    """The round (n,) in which each robot of `order` (n,) decides: after all before it in the cells about it.
+
+    Two robots of one round, and their images, are never in neighbouring cells, so that neither observes the decision of
+    the other.
+    """
+    latest, found = np.full(len(cells.first) - 1, -1), np.empty(len(order), np.int64)
+    sides = np.ones(3, np.int64)
+    copy_into(sides, cells.counts)
+    for n in range(len(order)):
+        robot = robots.each[order[n]]
+        # Cells are numbered as if there were three axes, the last ones of length 1.
+        c = cell_at(robot, cells.low, cells.width, cells.counts)
+        x, y, z = c // (sides[1] * sides[2]) % sides[0], c // sides[2] % sides[1], c % sides[2]
+        world = robot.world * sides[0]
+        last = -1
+        for u in range(max(x - 1, 0), min(x + 2, sides[0])):
+            for v in range(max(y - 1, 0), min(y + 2, sides[1])):
+                for w in range(max(z - 1, 0), min(z + 2, sides[2])):
+                    last = max(last, latest[((world + u) * sides[1] + v) * sides[2] + w])
+        found[n] = latest[c] = last + 1
+        image = robot.next_image
+        while image >= 0:
+            c = cell_at(robots.each[image], cells.low, cells.width, cells.counts)
+            latest[c] = max(latest[c], last + 1)
+            image = robots.each[image].next_image
+    return found

@@ -2,12 +2,11 @@
 
 import numpy as np
 
+from slalom.base.tolerances import AT_REST, BALL_ROUNDING, BALL_WINDOWS, FOLLOWING_ERROR, REST_DURATION
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.tables import DecisionSettings, Paths, ResponseTable, Robot, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
-from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.squared import squared
-from slalom.tolerances import AT_REST, BALL_ROUNDING, BALL_WINDOWS, FOLLOWING_ERROR, REST_DURATION
+from slalom.kernels.jit import inlined, kernel, squared
 
 
 @kernel

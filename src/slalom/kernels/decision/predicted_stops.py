@@ -5,15 +5,14 @@ A robot is predicted to stop where it would get into contact with a body that do
 
 import numpy as np
 
+from slalom.base.tolerances import STOP_DEPTH
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.decision.passive_bodies import hulls_of_bodies, is_elsewhere, is_near
+from slalom.kernels.decision.bodies import hulls_of_bodies, is_elsewhere, is_near
 from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, Paths, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict, value
 from slalom.kernels.geometry.hulls import distances
-from slalom.kernels.jit import kernel
+from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.window import rows_within
-from slalom.kernels.squared import squared
-from slalom.tolerances import STOP_DEPTH
 
 
 @kernel

@@ -2,21 +2,7 @@
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
-from slalom.kernels.decision.limits import admissible_set
-from slalom.kernels.decision.neighbours import response_balls
-from slalom.kernels.decision.passive_bodies import hulls_of_bodies, meets_balls
-from slalom.kernels.decision.tables import (
-    DecisionTables,
-    GrownBodies,
-    ObstaclePieces,
-    RelativeMotion,
-)
-from slalom.kernels.geometry.cubic import copy_into
-from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
-from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.tolerances import (
+from slalom.base.tolerances import (
     CANDIDATES,
     ELEMENTS,
     RESPONSE_WINDOWS,
@@ -25,6 +11,15 @@ from slalom.tolerances import (
     WORK_CONTROL,
     WORK_ELEMENT,
 )
+from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
+from slalom.kernels.decision.bodies import hulls_of_bodies, meets_balls
+from slalom.kernels.decision.limits import admissible_set
+from slalom.kernels.decision.neighbours import response_balls
+from slalom.kernels.decision.tables import DecisionTables, GrownBodies, ObstaclePieces, RelativeMotion
+from slalom.kernels.geometry.cubic import copy_into
+from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
+from slalom.kernels.selection.exchange import SAFE, nearest_free
 
 
 @inlined

@@ -5,9 +5,20 @@ from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Flags, Indices, MaybeCorners, MaybeHulls, Pieces, Segments
-from slalom.kernels.records import ControlPoints, Records, Vector, record_type
-from slalom.tolerances import BALL_WINDOWS, RESPONSE_WINDOWS
+from slalom.base.tolerances import BALL_WINDOWS, RESPONSE_WINDOWS
+from slalom.kernels.arrays import (
+    Array,
+    ControlPoints,
+    Flags,
+    Indices,
+    MaybeCorners,
+    MaybeHulls,
+    Pieces,
+    Records,
+    Segments,
+    Vector,
+    record_type,
+)
 
 EVERY_WORLD = -1
 """The world of a body that is in all of them."""
@@ -78,7 +89,7 @@ class Robot:
     max_speed: float  # [m/s]
     max_acceleration: float  # [m/s^2]
     braking: float  # [m/s^2] deceleration that the bounds allow at any velocity
-    stopping: float  # [m/s^2] with which it plans to stop at its target, see `response_tables.stopping_deceleration`
+    stopping: float  # [m/s^2] with which it plans to stop at its target, see `decision.tables.stopping_deceleration`
     target: Vector  # [m] now
     tolerance: float  # [m] of the target
     stop: bool  # whether to stop at the target

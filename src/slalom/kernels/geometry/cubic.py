@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from slalom.base.tolerances import DEPTH, LEAST_WIDTH
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
-from slalom.tolerances import DEPTH, LEAST_WIDTH
 
 NODE = 9
 

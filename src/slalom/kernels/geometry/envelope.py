@@ -1,4 +1,4 @@
-"""Envelopes of discs of controls: cubic pieces, cut until chords represent the envelope (`boundary.envelope`).
+"""Envelopes of discs of controls: cubic pieces, cut until chords represent the envelope (`choice.envelope`).
 
 A piece is held by its control points (4, 4): place (x, y), gain, radius. Its disc has the centre place / gain and the
 size radius / gain.
@@ -6,9 +6,9 @@ size radius / gain.
 
 import numpy as np
 
+from slalom.base.tolerances import CONTACT, DEPTH, STILL
 from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.jit import kernel
-from slalom.tolerances import CONTACT, DEPTH, STILL
 
 Disc = tuple[float, float, float, float, float, float]
 """Centre (x, y), size, heading [rad], opening [rad], cosine of the opening, 1 and more where there is none."""

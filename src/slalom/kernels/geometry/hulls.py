@@ -5,14 +5,110 @@ The hull's corners move on cubics: the origin's, plus each corner turned by the 
 corners at one time, in the plane counter-clockwise.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from slalom.base.tolerances import CLEARANCE, CONTACT, DEEPEST_SAMPLES, GOLDEN_STEPS, LEAST_WIDTH
 from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, Segments
-from slalom.kernels.geometry.convex import order, signed_distance
-from slalom.kernels.geometry.cubic import value
-from slalom.kernels.jit import kernel
+from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.jit import kernel, squared
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The signed distance of the origin to the convex hull of a few points.
+
+
+@kernel
+def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
+    """The point of the segment from a to b nearest to the origin."""
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    along = -(ax * dx + ay * dy + az * dz) / (dx * dx + dy * dy + dz * dz + 1e-300)
+    along = min(1.0, max(0.0, along))
+    return ax + along * dx, ay + along * dy, az + along * dz
+
+
+@kernel
+def signed_distance(q: Array, n: int) -> Direction:
+    """Signed distance of the origin to the hull of the corners q[:n] (m, 3) [m], and the unit vector that attains it.
+
+    Two corners: a segment, in the plane or in space. More: a polygon in the plane.
+    """
+    least, px, py, pz, inside = np.inf, 0.0, 0.0, 0.0, n > 2
+    for i in range(n if n > 2 else 1):
+        k = i + 1 if i + 1 < n else 0
+        ax, ay, bx, by = q[i, 0], q[i, 1], q[k, 0], q[k, 1]
+        x, y, z = to_segment(ax, ay, q[i, 2], bx, by, q[k, 2])
+        square = x * x + y * y + z * z
+        inside = inside and (by - ay) * ax + (ax - bx) * ay >= 0.0
+        if square < least:
+            least, px, py, pz = square, x, y, z
+    distance = np.sqrt(least)
+    if not inside and distance >= CONTACT:
+        return distance, px / distance, py / distance, pz / distance
+    depth, nx, ny = outermost_edge(q, n)
+    # A body that turns on the spot has all its corners in one place (`model.trajectory.protocol`): no edge, no
+    # interior.
+    if n > 2 and -np.inf < depth <= 0.0:
+        return depth, -nx, -ny, 0.0
+    if distance < CONTACT and q[0, 2] == 0.0 and q[n - 1, 2] == 0.0 and 0.999 * distance <= abs(depth) < np.inf:
+        # Rounding leaves no direction in so short a difference. That of the edge, which is about as near, is exact.
+        side = -1.0 if depth > 0.0 else 1.0
+        return distance, side * nx, side * ny, 0.0
+    if distance > 0.0:
+        return distance, px / distance, py / distance, pz / distance
+    return 0.0, nx, ny, 0.0
+
+
+@kernel
+def outermost_edge(q: Array, n: int) -> tuple[float, float, float]:
+    """How far the origin is beyond the line of an edge of q[:n] (m, 3) [m] at most, and the normal of that edge.
+
+    Negative inside a polygon; -inf without an edge.
+    """
+    depth, nx, ny = -np.inf, 1.0, 0.0
+    for i in range(n if n > 2 else 1):
+        k = i + 1 if i + 1 < n else 0
+        ax, ay, bx, by = q[i, 0], q[i, 1], q[k, 0], q[k, 1]
+        length = np.sqrt(squared(bx - ax) + squared(by - ay))
+        if length > 0.0:
+            ex, ey = (by - ay) / length, (ax - bx) / length
+            beyond = -(ex * ax + ey * ay)
+            if beyond > depth:
+                depth, nx, ny = beyond, ex, ey
+    return depth, nx, ny
+
+
+@kernel
+def order(q: Array, n: int) -> int:
+    """The number of corners of the hull of q[:n] (m, 3) in the plane, which are sorted counter-clockwise into q.
+
+    Andrew's monotone chain. Only hulls of two turning parts need it: all others keep their order.
+    """
+    for i in range(1, n):
+        for j in range(i, 0, -1):
+            if q[j, 0] > q[j - 1, 0] or (q[j, 0] == q[j - 1, 0] and q[j, 1] >= q[j - 1, 1]):
+                break
+            for axis in range(2):
+                q[j, axis], q[j - 1, axis] = q[j - 1, axis], q[j, axis]
+    chain, count = np.empty((2 * n, 2)), 0
+    for turn in range(2):
+        low = count + 1
+        for step in range(n):
+            i = step if turn == 0 else n - 1 - step
+            while count > low and (chain[count - 1, 0] - chain[count - 2, 0]) * (q[i, 1] - chain[count - 2, 1]) <= (
+                chain[count - 1, 1] - chain[count - 2, 1]
+            ) * (q[i, 0] - chain[count - 2, 0]):
+                count -= 1
+            chain[count, 0], chain[count, 1] = q[i, 0], q[i, 1]
+            count += 1
+        count -= 1
+    for i in range(count):
+        q[i, 0], q[i, 1], q[i, 2] = chain[i, 0], chain[i, 1], 0.0
+    return count
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Rounded convex hulls along a segment: their corners and signed distances.
 
 
 class MovingHull(NamedTuple):
@@ -99,3 +195,261 @@ def distances(places: Array, directions: Array, hull: Indices, hulls: MaybeHulls
             n = order(q, n) if hulls.unordered[hull[i]] else n
         result[i, 0], result[i, 1], result[i, 2], result[i, 3] = signed_distance(q, n)
     return result
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Lower bounds of the signed distance to a rounded convex hull along a segment.
+#
+# The signed distance of the origin to a convex hull is the largest, over unit vectors v, of min v . corner: negative
+# inside, where it is minus the depth. Any v therefore bounds it from below. Between two times v is the straight
+# interpolation of the best vectors at both. It turns with the hull, and min v . corner is bounded by its control
+# points. A control that slides along a hull at a constant distance then needs few bisections, with a constant v
+# thousands.
+
+
+Cubic: TypeAlias = tuple[float, float, float, float]
+"""Control values of a cubic."""
+
+
+@kernel
+def distance_bound(moving: MovingHull, a: float, b: float, early: Direction, late: Direction) -> float:
+    """A lower bound [m] of the signed distance to the rounded hull over [a, b], from unit vectors `early` and `late`.
+
+    The vector v is (1 - s) early + s late. If they differ by the angle t, then cos(t / 2) <= |v| <= 1 - s (1 - s)
+    (1 - cos t). Along v the path and the corners are of degree 4. No bound (-inf) beyond a right angle.
+    """
+    path, h = moving.path, moving.hull
+    corners, first = moving.hulls.corners, moving.hulls.first
+    _, ux, uy, uz = early
+    _, wx, wy, wz = late
+    cosine = ux * wx + uy * wy + uz * wz
+    if cosine < 0.0:
+        return -np.inf
+    x0, x1, x2, x3 = restrict(path[0, 0], path[1, 0], path[2, 0], path[3, 0], a, b)
+    y0, y1, y2, y3 = restrict(path[0, 1], path[1, 1], path[2, 1], path[3, 1], a, b)
+    z0, z1, z2, z3 = restrict(path[0, 2], path[1, 2], path[2, 2], path[3, 2], a, b)
+    p0, p1, p2, p3, p4 = along(
+        (
+            ux * x0 + uy * y0 + uz * z0,
+            ux * x1 + uy * y1 + uz * z1,
+            ux * x2 + uy * y2 + uz * z2,
+            ux * x3 + uy * y3 + uz * z3,
+        ),
+        (
+            wx * x0 + wy * y0 + wz * z0,
+            wx * x1 + wy * y1 + wz * z1,
+            wx * x2 + wy * y2 + wz * z2,
+            wx * x3 + wy * y3 + wz * z3,
+        ),
+    )
+    x0, x1, x2, x3 = restrict(path[0, 3], path[1, 3], path[2, 3], path[3, 3], a, b)
+    y0, y1, y2, y3 = restrict(path[0, 4], path[1, 4], path[2, 4], path[3, 4], a, b)
+    e0, e1, e2, e3, e4 = along(
+        (ux * x0 + uy * y0, ux * x1 + uy * y1, ux * x2 + uy * y2, ux * x3 + uy * y3),
+        (wx * x0 + wy * y0, wx * x1 + wy * y1, wx * x2 + wy * y2, wx * x3 + wy * y3),
+    )
+    f0, f1, f2, f3, f4 = along(
+        (uy * x0 - ux * y0, uy * x1 - ux * y1, uy * x2 - ux * y2, uy * x3 - ux * y3),
+        (wy * x0 - wx * y0, wy * x1 - wx * y1, wy * x2 - wx * y2, wy * x3 - wx * y3),
+    )
+    low0, low1, low2, low3, low4 = np.inf, np.inf, np.inf, np.inf, np.inf
+    for j in range(first[h], first[h + 1]):
+        begin = corners[j, 0] * ux + corners[j, 1] * uy + corners[j, 2] * uz
+        change = 0.25 * (corners[j, 0] * wx + corners[j, 1] * wy + corners[j, 2] * wz - begin)
+        cx, cy = corners[j, 3], corners[j, 4]
+        low0 = min(low0, begin + cx * e0 + cy * f0)
+        low1 = min(low1, begin + change + cx * e1 + cy * f1)
+        low2 = min(low2, begin + 2.0 * change + cx * e2 + cy * f2)
+        low3 = min(low3, begin + 3.0 * change + cx * e3 + cy * f3)
+        low4 = min(low4, begin + 4.0 * change + cx * e4 + cy * f4)
+    r0, r1, r2, r3, r4, least = radius_along(moving, a, b, cosine)
+    bound = min(min(p0 + low0 - r0, p1 + low1 - r1), min(p2 + low2 - r2, p3 + low3 - r3))
+    bound = min(bound, p4 + low4 - r4)
+    return float(bound if bound >= 0.0 else bound / least)
+
+
+@kernel
+def along(early: Cubic, late: Cubic) -> tuple[float, float, float, float, float]:
+    """Control values of (1 - s) `early` + s `late`, for cubics with those control values."""
+    p0, p1, p2, p3 = early
+    q0, q1, q2, q3 = late
+    return p0, 0.25 * (3.0 * p1 + q0), 0.5 * (p2 + q1), 0.25 * (p3 + 3.0 * q2), q3
+
+
+@kernel
+def radius_along(
+    moving: MovingHull, a: float, b: float, cosine: float
+) -> tuple[float, float, float, float, float, float]:
+    """Control values of degree 4 of at least the radius times |v| over [a, b], see `distance_bound`, and the least |v|.
+
+    cosine: of the angle by which v turns.
+    """
+    r, q, least = moving.radius + moving.growth * a, moving.radius + moving.growth * b, np.sqrt(0.5 * (1.0 + cosine))
+    bend = 0.5 * (1.0 - cosine)
+    if r < 0.0 or q < 0.0:
+        # Below 0 the shorter |v| is the worse.
+        r, q, bend = r if r >= 0.0 else r * least, q if q >= 0.0 else q * least, 0.0
+    middle, other = (2.0 * r * (1.0 - bend) + q) / 3.0, (r + 2.0 * q * (1.0 - bend)) / 3.0
+    return r, 0.25 * (r + 3.0 * middle), 0.5 * (middle + other), 0.25 * (3.0 * other + q), q, least
+
+
+@kernel
+def put_separating(moving: MovingHull, gain: Array, u: Array, direction: Direction, separating: Array) -> None:
+    """Write a `direction`, and the bounds along it at the control points under the control 0, into `separating` (7,).
+
+    `moving` is under control u (3,), `gain` (4,) is that of its segment.
+    """
+    path, h = moving.path, moving.hull
+    corners, first = moving.hulls.corners, moving.hulls.first
+    _, vx, vy, vz = direction
+    separating[0], separating[1], separating[2] = vx, vy, vz
+    toward = vx * u[0] + vy * u[1] + vz * u[2]
+    for j in range(4):
+        low = np.inf
+        e, f = vx * path[j, 3] + vy * path[j, 4], vy * path[j, 3] - vx * path[j, 4]
+        for k in range(first[h], first[h + 1]):
+            fixed = corners[k, 0] * vx + corners[k, 1] * vy + corners[k, 2] * vz
+            low = min(low, fixed + corners[k, 3] * e + corners[k, 4] * f)
+        origin = vx * path[j, 0] + vy * path[j, 1] + vz * path[j, 2] + gain[j] * toward
+        separating[3 + j] = origin + low - moving.radius - moving.growth * j / 3.0
+
+
+@kernel
+def least_along(separating: Array, gain: Array, u: Array) -> float:
+    """A lower bound [m] of the signed distance under control u (3,), from a direction alone, see `put_separating`.
+
+    gain: (4,) of the segment.
+    """
+    toward = separating[0] * u[0] + separating[1] * u[1] + separating[2] * u[2]
+    early = min(separating[3] - gain[0] * toward, separating[4] - gain[1] * toward)
+    return float(min(early, min(separating[5] - gain[2] * toward, separating[6] - gain[3] * toward)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Contacts with a rounded convex hull along a segment: whether and when, the least distance, the deepest time.
+#
+# Spans of time are bisected until a bound or a distance decides. A control that slides along a hull at the distance 0
+# would be bisected without end: collisions less deep than CLEARANCE are not sought.
+
+
+@kernel
+def push(stack: Array, top: int, a: float, width: float, early: Direction, late: Direction) -> None:
+    """Write the span from a on, of that `width`, with the directions at both ends, into row `top` of a stack."""
+    node = stack[top]
+    node[0], node[1] = a, width
+    node[2], node[3], node[4] = early[1], early[2], early[3]
+    node[5], node[6], node[7] = late[1], late[2], late[3]
+
+
+@kernel
+def pop(stack: Array, top: int) -> tuple[float, float, Direction, Direction]:
+    """The span in row `top` of a stack, see `push`; the distances of the directions are not kept."""
+    node = stack[top]
+    return node[0], node[1], (0.0, node[2], node[3], node[4]), (0.0, node[5], node[6], node[7])
+
+
+@kernel
+def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
+    """A place x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
+    early, late = hull_distance(moving, 0.0, q), hull_distance(moving, 1.0, q)
+    if early[0] < 0.0 or late[0] < 0.0:
+        return 0.0 if early[0] < 0.0 else 1.0
+    push(stack, 0, 0.0, 1.0, early, late)
+    top = 0
+    while top >= 0:
+        a, width, early, late = pop(stack, top)
+        top -= 1
+        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, early, late) >= -CLEARANCE:
+            continue
+        middle = a + 0.5 * width
+        there = hull_distance(moving, middle, q)
+        if there[0] < 0.0:
+            return float(middle)
+        push(stack, top + 1, middle, 0.5 * width, there, late)
+        push(stack, top + 2, a, 0.5 * width, early, there)
+        top += 2
+    return -1.0
+
+
+@kernel
+def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -> float:
+    """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never by more than CLEARANCE."""
+    stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
+    while top >= 0:
+        a, width = stack[top, 0], stack[top, 1]
+        top -= 1
+        early, late = hull_distance(moving, a, q), hull_distance(moving, a + width, q)
+        if distance_bound(moving, a, a + width, early, late) >= -CLEARANCE:
+            continue
+        if early[0] < 0.0 or (width < least and late[0] < 0.0):
+            return float(a)
+        if width < LEAST_WIDTH:
+            continue
+        stack[top + 1, 0], stack[top + 1, 1] = a + 0.5 * width, 0.5 * width
+        stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
+        top += 2
+    return -1.0
+
+
+@kernel
+def hull_least(
+    moving: MovingHull,
+    stack: Array,
+    q: Array,
+    ceiling: float,
+    accuracy: float,
+) -> float:
+    """Least signed distance to the rounded hull where below `ceiling`, else `ceiling`; too large by at most
+    `accuracy`.
+    """
+    early, late = hull_distance(moving, 0.0, q), hull_distance(moving, 1.0, q)
+    best = min(ceiling, min(early[0], late[0]))
+    push(stack, 0, 0.0, 1.0, early, late)
+    top = 0
+    while top >= 0:
+        a, width, early, late = pop(stack, top)
+        top -= 1
+        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, early, late) >= best - accuracy:
+            continue
+        there = hull_distance(moving, a + 0.5 * width, q)
+        best = min(best, there[0])
+        push(stack, top + 1, a + 0.5 * width, 0.5 * width, there, late)
+        push(stack, top + 2, a, 0.5 * width, early, there)
+        top += 2
+    return float(best)
+
+
+@kernel
+def deepest_time(
+    moving: MovingHull,
+    gain: Array,
+    q: Array,
+    witness: float,
+) -> float:
+    """A time of collision at which the control is deep inside the element: from samples, then by golden section.
+
+    Depth counts in units of the control: signed distance over gain.
+    """
+    best, place, step = np.inf, witness, 1.0 / DEEPEST_SAMPLES
+    for k in range(DEEPEST_SAMPLES + 2):
+        x = witness if k == DEEPEST_SAMPLES + 1 else step * k
+        g = value(gain[0], gain[1], gain[2], gain[3], x)
+        gap = hull_distance(moving, x, q)[0]
+        if gap < 0.0 and gap < best * g:
+            best, place = gap / g, x
+    low, high = max(0.0, place - step), min(1.0, place + step)
+    share = 0.3819660112501051
+    for _ in range(GOLDEN_STEPS):
+        left, right = low + share * (high - low), high - share * (high - low)
+        a = hull_distance(moving, left, q)[0]
+        b = hull_distance(moving, right, q)[0]
+        a /= value(gain[0], gain[1], gain[2], gain[3], left)
+        b /= value(gain[0], gain[1], gain[2], gain[3], right)
+        if a < b:
+            high = right
+        else:
+            low = left
+        x, least = (left, a) if a < b else (right, b)
+        if least < best:
+            best, place = least, x
+    return float(place)

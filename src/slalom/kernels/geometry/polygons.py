@@ -8,10 +8,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from slalom.base.tolerances import ELEMENT, POLYGON_SLACK
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
-from slalom.kernels.jit import kernel
-from slalom.kernels.squared import squared
-from slalom.tolerances import ELEMENT, POLYGON_SLACK
+from slalom.kernels.jit import kernel, squared
 
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
 """corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""

@@ -5,11 +5,7 @@ Path lengths are in cells. Fractional cell coordinates (x, y) [cell] are (a, b) 
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.guidance.tables import Grid, PathSearch
-from slalom.kernels.jit import kernel
-from slalom.kernels.squared import squared
-from slalom.tolerances import (
+from slalom.base.tolerances import (
     BUCKET_WIDTH,
     LONGEST_MOVE,
     MAX_PATH_CELLS,
@@ -22,6 +18,9 @@ from slalom.tolerances import (
     SQUARED_LENGTH_FLOOR,
     WALL_COST,
 )
+from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.guidance.tables import Grid, PathSearch
+from slalom.kernels.jit import kernel, squared
 
 DIAGONAL, KNIGHT = np.sqrt(2.0), np.sqrt(5.0)
 """[cell] Lengths of a diagonal move and of a knight's move."""

@@ -8,13 +8,7 @@ graph. It sets targets only: the decision keeps clear of everything.
 
 import numpy as np
 
-from slalom.kernels.arrays import Flags
-from slalom.kernels.guidance.periodic_images import is_free, nearest_image
-from slalom.kernels.guidance.plane import along_and_across
-from slalom.kernels.guidance.tables import Grid, GuidanceState
-from slalom.kernels.jit import kernel
-from slalom.kernels.squared import squared
-from slalom.tolerances import (
+from slalom.base.tolerances import (
     BLOCKED_RECOVERY,
     BLOCKED_SPEED,
     DIVISOR_FLOOR,
@@ -39,6 +33,10 @@ from slalom.tolerances import (
     YIELD_TOLERANCE,
     YIELD_WALL_PENALTY,
 )
+from slalom.kernels.arrays import Flags
+from slalom.kernels.guidance.plane import along_and_across, is_free, nearest_image
+from slalom.kernels.guidance.tables import Grid, GuidanceState
+from slalom.kernels.jit import kernel, squared
 
 
 @kernel

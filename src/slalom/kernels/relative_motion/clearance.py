@@ -2,13 +2,12 @@
 
 import numpy as np
 
+from slalom.base.tolerances import CLEARANCE, NEWTON_ACCURACY, NEWTON_STEPS, TIME
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import curvature, first_below, least, new_stack, put_distance, slope, value
-from slalom.kernels.geometry.hull_contacts import hull_first_below, hull_least
-from slalom.kernels.geometry.hulls import MovingHull, load_path, new_path
+from slalom.kernels.geometry.hulls import MovingHull, hull_first_below, hull_least, load_path, new_path
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import chord_distances
-from slalom.tolerances import CLEARANCE, NEWTON_ACCURACY, NEWTON_STEPS, TIME
 
 
 @kernel

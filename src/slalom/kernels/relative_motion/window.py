@@ -5,24 +5,48 @@ The same operations written with numpy cost as much for each of a dozen small ar
 
 import numpy as np
 
-from slalom.kernels.arrays import (
-    Array,
-    BodyTable,
-    CutPieces,
-    Flags,
-    Indices,
-    MaybeHulls,
-    Pieces,
-    PositionMap,
-    Snapshot,
-)
+from slalom.base.tolerances import BALL_ROUNDING, CONTACT_SLACK, OVERLAP, OVERSPEED_BRAKING
+from slalom.kernels.arrays import Array, BodyTable, CutPieces, Flags, Indices, MaybeHulls, Pieces, PositionMap, Snapshot
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
-from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.contact import kept_radius, overlaps
+from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
-from slalom.kernels.squared import squared
-from slalom.tolerances import BALL_ROUNDING
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The rule of contact, once: when a robot overlaps a body, and how much of a margin it keeps near one.
+#
+# Contact is not overlap. A robot within CONTACT_SLACK of a body, and at most OVERLAP deep in it, touches the body and
+# may still move away. The body then counts as smaller by up to that amount. Farther away the robot keeps the margin,
+# or as much of it as it has now.
+
+
+@kernel
+def overlaps(clearance: float) -> bool:
+    """Whether a robot with this clearance [m] overlaps a body."""
+    return clearance < -OVERLAP
+
+
+@kernel
+def kept_margin(clearance: float, margin: float) -> float:
+    """The part [m] of `margin` [m] that a robot with this clearance [m], margin not counted, can keep.
+
+    The whole margin, or the present clearance less CONTACT_SLACK; negative where the robot touches the body.
+    """
+    if clearance < CONTACT_SLACK:
+        return min(clearance, 0.0) - CONTACT_SLACK
+    return min(max(clearance - CONTACT_SLACK, 0.0), margin)
+
+
+@kernel
+def kept_radius(distance: float, radius: float) -> float:
+    """The radius [m] of a body at `distance` [m]: `radius`, margin included, or less where the robot touches it."""
+    if distance - radius >= -OVERLAP and distance - radius < CONTACT_SLACK:
+        return max(distance - CONTACT_SLACK, 0.0)
+    return radius
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Tables of one decision, each made in a single pass: pieces within a window, segments, distances now.
 
 
 @kernel
@@ -296,3 +320,17 @@ def covered_at_rest(
 def share_of_piece(times: Array, s: int) -> float:
     """Place of time 0 in [0, 1] on piece s with `times` (n, 2) [s]: pieces may begin before the window."""
     return float(-times[s, 0] / (times[s, 1] - times[s, 0]))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The rule of speed limits, once: a robot above its maximum speed cannot obey it at once.
+
+
+@kernel
+def allowed_speed(max_speed: float, speed: float, max_deceleration: float, duration: float) -> float:
+    """The largest admissible speed [m/s] after `duration` [s], for a robot with this speed [m/s] now.
+
+    It is `max_speed` [m/s]. For a robot above it, the share OVERSPEED_BRAKING of full braking, `max_deceleration`
+    [m/s^2], must have reduced the speed.
+    """
+    return max(max_speed, speed - OVERSPEED_BRAKING * max_deceleration * duration)

@@ -2,14 +2,7 @@
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Hulls, Segments, Workspace
-from slalom.kernels.geometry.convex import order, signed_distance, to_segment
-from slalom.kernels.geometry.cubic import restrict, value
-from slalom.kernels.geometry.hulls import MovingHull, corners_at, hull_distance, load_path
-from slalom.kernels.geometry.polygons import smallest_ball
-from slalom.kernels.jit import kernel
-from slalom.kernels.squared import squared
-from slalom.tolerances import (
+from slalom.base.tolerances import (
     CONTACT,
     ELEMENT_DEPTH,
     ELEMENT_GAIN,
@@ -18,6 +11,19 @@ from slalom.tolerances import (
     ELEMENT_SPAN,
     SAG_SHARE,
 )
+from slalom.kernels.arrays import Array, Hulls, Segments, Workspace
+from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.geometry.hulls import (
+    MovingHull,
+    corners_at,
+    hull_distance,
+    load_path,
+    order,
+    signed_distance,
+    to_segment,
+)
+from slalom.kernels.geometry.polygons import smallest_ball
+from slalom.kernels.jit import kernel, squared
 
 
 @kernel

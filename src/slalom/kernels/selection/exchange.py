@@ -16,8 +16,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, MaybeHulls, Segments, Workspace
-from slalom.kernels.geometry.cubic import value
+from slalom.base.tolerances import (
+    CLEARANCE,
+    CONTACT,
+    CONTACT_SHARE,
+    CULLING_FACTOR,
+    CULLING_SHARE,
+    MOST_WORK_IN_SPACE,
+    SMALLEST_GAIN,
+    SQUARED_DISTANCE_SLACK,
+    WORK_CURVE,
+    WORK_POINT,
+)
+from slalom.kernels.arrays import Array, BodyTable, Indices, MaybeHulls, PositionMap, Segments, Workspace
+from slalom.kernels.geometry.cubic import below, value
+from slalom.kernels.geometry.hulls import (
+    MovingHull,
+    deepest_time,
+    hull_below,
+    hull_distance,
+    least_along,
+    load_path,
+    put_separating,
+)
 from slalom.kernels.geometry.polygons import (
     MaybePolygons,
     add_polygon,
@@ -29,29 +50,109 @@ from slalom.kernels.geometry.polygons import (
     without_polygon,
 )
 from slalom.kernels.jit import inlined, kernel
-from slalom.kernels.relative_motion.broad_phase import Culled, copy_near, cull, distance, is_clear, new_hulls, new_table
-from slalom.kernels.relative_motion.clearance import new_workspace
-from slalom.kernels.selection.admissible import distance_from_center, nearest_admissible
-from slalom.kernels.selection.candidates import Reference, excluded_in_plane, new_queue, propose, put, take, with_room
-from slalom.kernels.selection.candidates_in_space import (
+from slalom.kernels.relative_motion.clearance import deepen, depth_at, nearest_on_chord, new_workspace, put_segment
+from slalom.kernels.relative_motion.segments import (
+    Culled,
+    chord_distances,
+    copy_near,
+    cull,
+    distance,
+    hulls_of_rows,
+    is_clear,
+    new_hulls,
+    new_table,
+)
+from slalom.kernels.relative_motion.window import distances_now, kept_radii, segments_of
+from slalom.kernels.selection.candidates import (
+    Reference,
+    distance_from_center,
     exclude_beyond,
     excluded_by,
+    excluded_in_plane,
     move_on,
+    nearest_admissible,
+    new_queue,
     new_view,
+    propose,
     propose_in_space,
+    put,
+    take,
+    with_room,
 )
 from slalom.kernels.selection.elements import hull_element, nearest_ball
-from slalom.kernels.selection.violation import deepest_violation
-from slalom.tolerances import (
-    CONTACT,
-    CONTACT_SHARE,
-    CULLING_FACTOR,
-    CULLING_SHARE,
-    MOST_WORK_IN_SPACE,
-    SQUARED_DISTANCE_SLACK,
-    WORK_CURVE,
-    WORK_POINT,
-)
+from slalom.kernels.selection.tables import Scene, States
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The segment that rejects a control, and the place on it: the step that decides whether a control is free.
+
+
+@inlined
+def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Workspace) -> int:
+    """The segment that rejects u (3,) by the most, in control units; -1 if u is free, -2 if it overlaps before u acts.
+
+    The element's place in [0, 1] on that segment, and for a ball its centre and radius, go into `work.element` (5,).
+    For each colliding segment the time of deepest approach is sought from a witness. Any time of collision would do for
+    correctness; a deep one makes the exchange short.
+    """
+    points, gains, gaps, element = table.points, table.gains, work.gaps, work.element
+    worst, deepest, place = -1, 0.0, 0.0
+    chord_distances(points, gains, u[0], u[1], u[2], gaps)
+    for s in range(len(gaps)):
+        if gaps[s] >= table.bounding_radius[s]:
+            continue
+        if len(hulls) > 0 and hulls.hull[s] >= 0:
+            if least_along(work.separating[s], gains[:, s], u) >= -CLEARANCE:
+                continue
+            load_path(table, hulls, s, u, work.path)
+            moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
+            there = hull_below(moving, work.stack, work.corners)
+            if there < 0.0:
+                put_separating(moving, gains[:, s], u, hull_distance(moving, 0.5, work.corners), work.separating[s])
+                continue
+            g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], there)
+            depth = -hull_distance(moving, there, work.corners)[0] / g
+        else:
+            there = nearest_on_chord(table, s, u)
+            depth, g = depth_at(table, s, u, there)
+            if not depth > 0.0:
+                continue
+        if g < SMALLEST_GAIN:
+            return -2
+        if worst < 0 or depth > deepest:
+            worst, deepest, place = s, depth, there
+    if worst < 0:
+        # Nothing collides where its chord is nearest: all that may collide elsewhere is decided for all times.
+        for s in range(len(gaps)):
+            if gaps[s] >= table.bounding_radius[s] or (len(hulls) > 0 and hulls.hull[s] >= 0):
+                continue
+            put_segment(work, table, s, u, table.radius[s] * table.radius[s])
+            place = below(work.stack)
+            if place >= 0.0:
+                worst = s
+                break
+    if worst < 0:
+        return -1
+    if len(hulls) == 0 or hulls.hull[worst] < 0:
+        place = deepen(table, worst, u, place)
+        g = value(gains[0, worst], gains[1, worst], gains[2, worst], gains[3, worst], place)
+        if g < SMALLEST_GAIN:
+            return -2
+        for axis in range(3):
+            p0, p1, p2 = points[0, axis, worst], points[1, axis, worst], points[2, axis, worst]
+            element[1 + axis] = value(p0, p1, p2, points[3, axis, worst], place) / g
+        element[4] = (table.radius[worst] + CONTACT) / g
+    element[0] = place
+    if len(hulls) > 0 and worst >= 0 and hulls.hull[worst] >= 0:
+        # Costly, and therefore done for one segment only.
+        load_path(table, hulls, worst, u, work.path)
+        moving = MovingHull(work.path, hulls, hulls.hull[worst], table.radius[worst], table.growth[worst])
+        element[0] = deepest_time(moving, gains[:, worst], work.corners, element[0])
+    return worst
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The exact choice: the admissible control nearest to the preferred one that collides with nothing.
+
 
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
 
@@ -208,3 +309,35 @@ def cut_off(
     g = near.gains[:, segment]
     exclude_beyond(boundaries, count, CONTACT_SHARE * CONTACT / value(g[0], g[1], g[2], g[3], element[0]))
     return boundaries, polygons, count + 1
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Many choices in one call: the same obstacles, each robot in its own state.
+
+
+@kernel
+def choose_many(
+    preferred: Array, states: States, scene: Scene, hulls: MaybeHulls, most_elements: int, most_candidates: int
+) -> tuple[Array, Indices]:
+    """Controls (n, 3) and statuses (n,) of `nearest_free` for preferred controls (n, 3) in n states.
+
+    `hulls`: of the bodies, as in `distances_now`.
+    """
+    n, d = states.position.shape
+    controls, statuses = np.empty((n, 3)), np.empty(n, np.int64)
+    for i in range(n):
+        distances = distances_now(scene.bodies, hulls, states.position[i])
+        radius, overlapping = kept_radii(distances[:, 0], scene.table.radius)
+        if overlapping:
+            controls[i], statuses[i] = preferred[i], OVERLAPPING
+            continue
+        kept = BodyTable(radius, scene.table.hull_radius, scene.table.owner, scene.table.hull)
+        motion = PositionMap(states.knots, states.drift[i], states.gain, len(states.gain))
+        cut, bounding_radius, _, hull = segments_of(scene.bodies.pieces, motion, kept, scene.horizon, scene.error)
+        table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
+        limits = states.limits[i, : states.counts[i]]
+        row_hulls = hulls_of_rows(hulls, hull, cut.turns)
+        statuses[i], controls[i], _, _ = nearest_free(
+            preferred[i], d, limits, table, row_hulls, most_elements, most_candidates
+        )
+    return controls, statuses

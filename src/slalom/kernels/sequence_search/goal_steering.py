@@ -2,23 +2,7 @@
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, PositionMap
-from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.clearance import new_workspace
-from slalom.kernels.selection.violation import deepest_violation
-from slalom.kernels.sequence_search.spacetime_index import relative_rows, rows_near
-from slalom.kernels.sequence_search.tables import (
-    ARRIVED,
-    BEST,
-    CLOSED,
-    SearchProblem,
-    SearchScratch,
-    SearchTree,
-    SpacetimeIndex,
-)
-from slalom.kernels.sequence_search.tree import add_node, advance, time_to_goal
-from slalom.kernels.squared import squared
-from slalom.tolerances import (
+from slalom.base.tolerances import (
     ADMISSIBLE,
     BRAKE_STEPS,
     COAST_ATTEMPTS,
@@ -29,6 +13,20 @@ from slalom.tolerances import (
     WORK_ROW,
     WORK_STRETCH,
 )
+from slalom.kernels.arrays import Array, PositionMap
+from slalom.kernels.jit import kernel, squared
+from slalom.kernels.relative_motion.clearance import new_workspace
+from slalom.kernels.selection.exchange import deepest_violation
+from slalom.kernels.sequence_search.tables import (
+    ARRIVED,
+    BEST,
+    CLOSED,
+    SearchProblem,
+    SearchScratch,
+    SearchTree,
+    SpacetimeIndex,
+)
+from slalom.kernels.sequence_search.tree import add_node, advance, relative_rows, rows_near, time_to_goal
 
 
 @kernel

@@ -10,14 +10,22 @@ import heapq
 
 import numpy as np
 
+from slalom.base.tolerances import (
+    DIVISOR_FLOOR,
+    FEW_CANDIDATES,
+    FEW_ELEMENTS,
+    SPARE_NODES,
+    WORK_CANDIDATE,
+    WORK_CHOICE,
+    WORK_NODE,
+    WORK_ROW,
+)
 from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments
-from slalom.kernels.jit import kernel
+from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
-from slalom.kernels.relative_motion.speed_limit import allowed_speed
-from slalom.kernels.selection.exchange import SAFE, nearest_free
-from slalom.kernels.selection.violation import deepest_violation
+from slalom.kernels.relative_motion.window import allowed_speed
+from slalom.kernels.selection.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.sequence_search.goal_steering import motion_is_clear, new_scratch, steer_to_goal
-from slalom.kernels.sequence_search.spacetime_index import relative_rows, rows_near
 from slalom.kernels.sequence_search.tables import (
     BEST,
     BRAKE,
@@ -32,17 +40,14 @@ from slalom.kernels.sequence_search.tables import (
     SearchTree,
     SpacetimeIndex,
 )
-from slalom.kernels.sequence_search.tree import add_node, advance, descends, is_new, time_to_goal
-from slalom.kernels.squared import squared
-from slalom.tolerances import (
-    DIVISOR_FLOOR,
-    FEW_CANDIDATES,
-    FEW_ELEMENTS,
-    SPARE_NODES,
-    WORK_CANDIDATE,
-    WORK_CHOICE,
-    WORK_NODE,
-    WORK_ROW,
+from slalom.kernels.sequence_search.tree import (
+    add_node,
+    advance,
+    descends,
+    is_new,
+    relative_rows,
+    rows_near,
+    time_to_goal,
 )
 
 

@@ -5,42 +5,192 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import AfterValidator, Field, FiniteFloat, ValidationError
 
+from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
+from slalom.base.tolerances import JSON_LINES
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
-from slalom.decision.approach import Approach
-from slalom.decision.dump import result
+from slalom.decision.decision import Approach
+from slalom.decision.document import FORECAST_KINDS, FORMAT, RESPONSE_KINDS, result
 from slalom.decision.futures import Risk
+from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
-from slalom.errors import InvalidFile, InvalidInput, SlalomError
-from slalom.io.input_file import text_of
 from slalom.io.recorded import first_of
-from slalom.limits import Limits
-from slalom.manoeuvre import Manoeuvre
-from slalom.methods import method
+from slalom.io.table import text_of
+from slalom.model.limits import Limits
+from slalom.model.manoeuvre import Manoeuvre
+from slalom.model.path import Path as CubicPath
+from slalom.model.state import State
 from slalom.obstacle import Obstacle
+from slalom.obstacle.horizon import HORIZONS
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
-from slalom.path import Path as CubicPath
-from slalom.sim.files.schema_decision import (
-    CommitmentSpec,
-    DecisionSpec,
-    ManoeuvreSpec,
-    NavigatorSpec,
-    ObstacleSpec,
-    PathSpec,
-    SourceSpec,
-    StateSpec,
-    TracksSpec,
+from slalom.sim.files.parts import (
+    BoundModel,
+    Model,
+    NotNegative,
+    ObjectiveModel,
+    OfAnyKind,
+    PartModel,
+    Positive,
+    ShapeModel,
+    TrajectoryModel,
+    UncertaintyModel,
+    Vector,
 )
-from slalom.sim.files.schema_robot import heading_of
+from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, HeadingModel, heading_of, known_method
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, in_order, messages
 from slalom.sim.scenario import unfit_times
-from slalom.state import State
-from slalom.tolerances import JSON_LINES
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Models of the files of decisions, see `slalom.decision.document`.
+
+
+Response = Annotated[PartModel, OfAnyKind(RESPONSE_KINDS)]
+
+
+class LimitsSpec(Model):
+    """Keys of `Limits` in the file of a decision."""
+
+    max_speed: Positive
+    max_acceleration: Positive
+    velocity_bounds: list[HalfSpaceSpec]
+    acceleration_bounds: list[HalfSpaceSpec]
+    bounds: list[BoundModel]
+
+
+class RiskSpec(Model):
+    """See `Risk`; the loss is null without bound."""
+
+    loss: NotNegative | None = None
+    likely: NotNegative = 0.1
+
+
+class NavigatorSpec(Model):
+    """Keys of `Navigator` in the file of a decision."""
+
+    method: Annotated[str, AfterValidator(known_method)]
+    shape: ShapeModel
+    limits: LimitsSpec
+    period: Positive
+    horizon: Positive
+    margin: NotNegative
+    patience: NotNegative
+    stuck_after: Positive
+    holds: Annotated[list[Positive], Field(min_length=1)]
+    detours: list[FiniteFloat]
+    objective: ObjectiveModel
+    horizons: Annotated[PartModel, OfAnyKind(HORIZONS)] | None
+    risk: RiskSpec = Field(default_factory=RiskSpec)
+
+
+class StateSpec(Model):
+    """Keys of `State` in the file of a decision."""
+
+    position: Vector
+    velocity: Vector
+    acceleration: Vector
+    heading: FiniteFloat | None
+
+
+class ObstacleSpec(Model):
+    """Keys of `Obstacle` in the file of a decision."""
+
+    name: str
+    heading: HeadingModel
+    after_end: Literal["unknown", "continues", "leaves"]
+    shape: ShapeModel
+    trajectory: TrajectoryModel
+    uncertainty: UncertaintyModel | None
+    contact_at_rest: bool = True
+    probability: Positive = 1.0
+    owner: str = ""
+
+
+class TracksSpec(Model):
+    """Keys of `Tracks` in the file of a decision."""
+
+    dimension: Literal[2, 3]
+    positions: list[Vector]
+    velocities: list[Vector]
+    accelerations: list[Vector]
+    radii: list[NotNegative]
+    t: FiniteFloat
+    ids: list[str]
+    forecast: Annotated[PartModel, OfAnyKind(FORECAST_KINDS)]
+    uncertainties: list[UncertaintyModel | None]
+    shares: list[NotNegative] | None = None
+    probabilities: list[Positive] | None = None
+
+
+class SourceSpec(Model):
+    """An obstacle, a table of obstacles, or tracks."""
+
+    obstacle: ObstacleSpec | None = None
+    table: list[ObstacleSpec] | None = None
+    tracks: TracksSpec | None = None
+
+
+class ManoeuvreSpec(Model):
+    """Keys of `Manoeuvre` in the file of a decision."""
+
+    response: Response
+    state: StateSpec
+    control: Vector
+    start: FiniteFloat
+
+
+class PathSpec(Model):
+    """Keys of `slalom.model.path.Path` in the file of a decision."""
+
+    times: Annotated[list[FiniteFloat], Field(min_length=2)]
+    points: list[Annotated[list[Vector], Field(min_length=4, max_length=4)]]
+    error: list[NotNegative]
+
+
+class ApproachSpec(Model):
+    """Keys of `slalom.decision.decision.Approach` in the file of a decision."""
+
+    distance: NotNegative
+    since: FiniteFloat
+    target: Vector
+
+
+class CommitmentSpec(ManoeuvreSpec):
+    """Keys of `slalom.decision.Commitment` in the file of a decision."""
+
+    path: PathSpec | None
+    progress: NotNegative | None
+    approach: ApproachSpec | None
+
+
+class ResultSpec(ManoeuvreSpec):
+    """The result of the decision that was written."""
+
+    outcome: str
+
+
+class DecisionSpec(Model):
+    """A file of a decision."""
+
+    format: Literal[FORMAT]  # type: ignore[valid-type]  # a constant
+    versions: dict[str, str]
+    navigator: NavigatorSpec
+    state: StateSpec
+    obstacles: list[SourceSpec]
+    goal: GoalSpec | None
+    robots: TracksSpec | None
+    now: FiniteFloat
+    budget: NotNegative | None
+    previous: CommitmentSpec | None
+    decision: ResultSpec
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Reader of files of decisions, and their repetition.
 
 
 class DecisionFile(NamedTuple):

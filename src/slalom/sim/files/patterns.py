@@ -7,9 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from slalom.checks import Array, Checked, NotNegative, Number, Positive, vector, whole
-from slalom.errors import InvalidInput
-from slalom.fields import check_fields
+from slalom.base.checks import Array, Checked, NotNegative, Number, Positive, check_fields, vector, whole
+from slalom.base.errors import InvalidInput
 from slalom.sim.placement import on_circle, random_positions
 
 

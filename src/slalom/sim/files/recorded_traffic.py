@@ -8,18 +8,18 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.checks import number, positive, vector
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
+from slalom.base.checks import number, positive, vector
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.io.formats import FORMATS, read_recording
 from slalom.io.recorded import Agent, RecordedTracks, named
-from slalom.limits import Limits
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.shape import round_shape
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
-from slalom.shape import round_shape
 from slalom.sim.scenario import Robot, Scenario
-from slalom.state import State
-from slalom.tolerances import WHOLE_COUNT
-from slalom.trajectory import Stationary
 
 DEFAULT_KINDS: Final[Mapping[int, str]] = {2: "pedestrian", 3: "drone"}
 """Kind of an agent without a kind in the file or the format, by the dimension of its track."""

@@ -8,19 +8,18 @@ from typing import Any
 import numpy as np
 from ruamel.yaml import YAML
 
-from slalom.bounds import BOUNDS
-from slalom.errors import InvalidInput
-from slalom.goal import Goal
-from slalom.objective import OBJECTIVES
+from slalom.base.errors import InvalidInput
+from slalom.base.registry import file_keys, kind_of
+from slalom.decision.objective import OBJECTIVES
+from slalom.model.bounds import BOUNDS
+from slalom.model.goal import Goal
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import SHAPES
+from slalom.model.trajectory import TRAJECTORIES, Stationary
+from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
-from slalom.part_keys import file_keys, kind_of
-from slalom.path_goal import PathGoal
-from slalom.shape import SHAPES
-from slalom.sim.limited_sight import SIGHT
-from slalom.sim.measure.hdf5_parts import in_files
-from slalom.sim.scenario import Robot, Scenario
-from slalom.trajectory import TRAJECTORIES, Stationary
-from slalom.uncertainty import UNCERTAINTIES
+from slalom.sim.measure.hdf5 import in_files
+from slalom.sim.scenario import SIGHT, Robot, Scenario
 
 NOT_IN_FILES = ("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
 """Settings that scenario files cannot hold."""

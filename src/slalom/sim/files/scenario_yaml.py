@@ -8,23 +8,31 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from slalom.errors import InvalidFile, InvalidInput
+from slalom.base.errors import InvalidFile, InvalidInput
+from slalom.base.tolerances import WHOLE_COUNT
+from slalom.decision.methods import method
 from slalom.io import formats
 from slalom.io.recorded import first_of
-from slalom.limits import HalfSpace, Limits
-from slalom.methods import method
+from slalom.model.limits import HalfSpace, Limits
+from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import checked_period
+from slalom.sim.files.parts import Place
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
-from slalom.sim.files.schema import ScenarioSpec
-from slalom.sim.files.schema_base import Place
-from slalom.sim.files.schema_group import GroupSpec, WrittenRobot, is_group, robots_of
-from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_robot import HalfSpaceSpec, ObstacleSpec, RobotSpec, heading_of
+from slalom.sim.files.schema import (
+    GroupSpec,
+    HalfSpaceSpec,
+    ObstacleSpec,
+    RecordingSpec,
+    RobotSpec,
+    ScenarioSpec,
+    WrittenRobot,
+    heading_of,
+    is_group,
+    robots_of,
+)
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, in_order, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, unfit_times, whole_periods
-from slalom.state import State
-from slalom.tolerances import WHOLE_COUNT
 
 M = TypeVar("M", bound=BaseModel)
 

@@ -1,15 +1,450 @@
 """Model of a scenario file."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Annotated, Any, Final, Literal, NamedTuple, cast
 
-from pydantic import Field, FiniteFloat, ValidationInfo, field_validator
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    GetCoreSchemaHandler,
+    TypeAdapter,
+    ValidationInfo,
+    create_model,
+    field_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import core_schema
 
-from slalom.errors import InvalidInput
-from slalom.methods import HOLDS
-from slalom.sim.files.schema_base import Model, NotNegative, Positive
-from slalom.sim.files.schema_group import RobotOrGroup
-from slalom.sim.files.schema_recording import RecordingSpec
-from slalom.sim.files.schema_robot import ObstacleSpec, RobotSpec
+from slalom.base.checks import did_you_mean, shown, vectors
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import YAML_VALUES
+from slalom.decision.methods import HOLDS, method
+from slalom.io.formats import FORMATS
+from slalom.model.goal import Goal
+from slalom.model.limits import HalfSpace
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import Shape, round_shape
+from slalom.model.trajectory import Stationary
+from slalom.obstacle import Headings
+from slalom.sim.files.parts import (
+    BoundModel,
+    Built,
+    Model,
+    ModelByContent,
+    NotNegative,
+    ObjectiveModel,
+    OfAnyKind,
+    PartModel,
+    Place,
+    Positive,
+    ShapeModel,
+    Text,
+    TrajectoryModel,
+    UncertaintyModel,
+    Vector,
+)
+from slalom.sim.files.patterns import GOALS, LAYOUTS, generator
+from slalom.sim.files.yaml_errors import Mistakes
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Model of the recording in a scenario file, the agents of which are obstacles.
+
+
+Window = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
+
+
+class RecordingSpec(Model):
+    """Recorded agents as obstacles, from a file of any format; its path is relative to the scenario file.
+
+    `radius` [m] is that of agents without one in the file (see `recorded_traffic.read_recorded`). `window` [s] is the
+    first and the last time of the used part, in the time of the recording.
+    """
+
+    file: str
+    format: str | None = None
+    radius: NotNegative | None = None
+    agents: list[Text] | None = None
+    without: list[Text] = Field(default_factory=list)
+    window: Window | None = None
+    interpolation: Literal["linear", "smooth"] = "smooth"
+    gap: Positive | None = None
+    jump_speed: Positive | None = None
+    frame_rate: Positive | None = None
+    unit: Literal["m", "cm"] | None = None
+    case: FiniteFloat | None = None
+    columns: dict[str, str | None] | None = None
+    origin: Vector | None = None
+    epoch: Text | None = None
+    altitude_unit: Positive | None = None
+
+    @field_validator("format")
+    @classmethod
+    def _known(cls, name: str | None) -> str | None:
+        if name is not None and name not in FORMATS:
+            hint = did_you_mean(name, list(FORMATS))
+            raise InvalidInput(f"expected one of {', '.join(FORMATS)}; found {name!r}{hint}")
+        return name
+
+    @field_validator("window")
+    @classmethod
+    def _forward(cls, window: list[float] | None) -> list[float] | None:
+        if window is not None and window[0] >= window[1]:
+            raise InvalidInput(f"expected a time and a later one, found {window[0]:g} and {window[1]:g}")
+        return window
+
+    def of_format(self) -> dict[str, Any]:
+        """Return the given settings of a reader, by name."""
+        names = ("frame_rate", "unit", "case", "columns", "origin", "epoch", "altitude_unit")
+        given = {name: value for name in names if (value := getattr(self, name)) is not None}
+        if self.epoch is not None:
+            given["epoch"] = number_or_text(self.epoch)
+        return given
+
+
+def number_or_text(text: str) -> float | str:
+    """Return a time as a number of seconds if it is one, else as text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Models of the robots and obstacles of scenario files: one for each mapping in them.
+
+
+class Shaped(Model):
+    """A body that has either a radius or a shape."""
+
+    shape: ShapeModel | None = None
+    radius: NotNegative | None = Field(default=None, validate_default=True)
+
+    @field_validator("radius")
+    @classmethod
+    def _one_of_them(cls, radius: float | None, info: ValidationInfo) -> float | None:
+        # A shape with mistakes of its own is not in the data.
+        if "shape" in info.data and (radius is None) == (info.data["shape"] is None):
+            raise InvalidInput(f"expected either this key or shape, found {'neither' if radius is None else 'both'}")
+        return radius
+
+    def whole_shape(self, dimension: int) -> Shape:
+        """Return the shape. Raises InvalidInput if it is of another dimension."""
+        if self.shape is None:
+            return round_shape(float(self.radius or 0.0), dimension)
+        shape: Shape = self.shape.build()
+        if shape.dimension != dimension:
+            raise InvalidInput(f"expected a shape of dimension {dimension} as of the robot, found {shape.dimension}")
+        return shape
+
+
+class PathSpec(Model):
+    """A polyline with speeds, see `PathGoal`."""
+
+    points: list[Vector]
+    speeds: FiniteFloat | list[FiniteFloat] | None = None
+    lookahead: Positive = 1.0
+
+
+class GoalSpec(Built):
+    """The goal of a robot: a position, a trajectory, or the end of a path that is followed there."""
+
+    position: Vector | None = None
+    trajectory: TrajectoryModel | None = None
+    path: PathSpec | None = None
+    tolerance: Positive = 0.5
+    stop: bool = False
+
+    def build(self) -> Goal:
+        given = {"position": self.position, "trajectory": self.trajectory, "path": self.path}
+        found = [name for name, value in given.items() if value is not None]
+        if len(found) != 1:
+            raise InvalidInput(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        if self.path is not None:
+            return PathGoal(
+                self.path.points, self.path.speeds, self.tolerance, self.stop, lookahead=self.path.lookahead
+            )
+        if self.trajectory is not None:
+            return Goal(self.trajectory.build(), self.tolerance, self.stop)
+        assert self.position is not None
+        return Goal(Stationary(self.position), self.tolerance, self.stop)
+
+
+class HalfSpaceSpec(Built):
+    """The half-space normal . x <= offset."""
+
+    normal: Vector
+    offset: FiniteFloat
+
+    def build(self) -> HalfSpace:
+        return HalfSpace(self.normal, self.offset)
+
+
+def known_method(name: str) -> str:
+    """The name of a method, with its foresight. Raises InvalidInput for an unknown one."""
+    try:
+        return method(name).name
+    except InvalidInput as error:
+        # The place names the key.
+        raise InvalidInput(str(error).removeprefix("method: ")) from None
+
+
+class RobotKeys(Shaped):
+    """Keys that a robot and a group of robots have in common."""
+
+    name: Text = ""
+    method: Annotated[str, AfterValidator(known_method)] | None = None
+    margin: NotNegative | None = None
+    priority: Positive = 1.0
+    velocity: Vector | None = None
+    max_speed: Positive
+    max_acceleration: Positive
+    velocity_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
+    acceleration_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
+    bounds: list[BoundModel] = Field(default_factory=list)
+    objective: ObjectiveModel | None = None
+
+
+class RobotSpec(RobotKeys):
+    """A robot, in SI units. Its orientation is constant."""
+
+    position: Vector
+    goal: GoalSpec
+
+
+class HeadingsSpec(Built):
+    """Keys of `Headings`: angles [rad] at times [s]."""
+
+    times: Annotated[list[FiniteFloat], Field(min_length=1)]
+    angles: Annotated[list[FiniteFloat], Field(min_length=1)]
+
+    def build(self) -> Headings:
+        """Return the headings."""
+        return Headings(self.times, self.angles)
+
+
+@dataclass(frozen=True, eq=False)
+class HeadingOfContent(ModelByContent):
+    """Metadata of the heading of an obstacle: one message for a content that is none."""
+
+    def model_of(self, content: object) -> type[Model] | None:
+        """Return the model of angles over time for a mapping."""
+        return HeadingsSpec if isinstance(content, dict) else None
+
+    def validate(self, content: object) -> object:
+        """Return the validated heading. Raises the errors of pydantic, which collects them with the others."""
+        if isinstance(content, dict):
+            return HeadingsSpec.model_validate(content)
+        if content == "motion" or (type(content) in (int, float) and isfinite(cast(float, content))):
+            return content
+        raise InvalidInput(f"expected an angle [rad], 'motion', or times and angles; found {shown(content)}")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.validate)
+
+
+HeadingModel = Annotated[float | Literal["motion"] | HeadingsSpec, HeadingOfContent()]
+
+
+def heading_of(spec: float | Literal["motion"] | HeadingsSpec) -> float | Literal["motion"] | Headings:
+    """The heading of an obstacle from its model."""
+    return spec.build() if isinstance(spec, HeadingsSpec) else spec
+
+
+class ObstacleSpec(Shaped):
+    """A shape on a trajectory."""
+
+    name: str = ""
+    heading: HeadingModel = 0.0
+    uncertainty: UncertaintyModel | None = None
+    trajectory: TrajectoryModel
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Model of a group of robots in a scenario file, and the robots that it stands for.
+
+
+VALUES_PER_ROBOT: Final = 20
+"""Values of a file that a robot stands for, about; a group counts as the robots that it stands for."""
+
+
+class RangeSpec(Model):
+    """Numbers of a group: evenly over its robots, or drawn between both with a seed."""
+
+    first: NotNegative
+    last: NotNegative
+    seed: Annotated[int, Field(ge=0)] | None = None
+
+    def values(self, count: int, key: str) -> list[float]:
+        """Return `count` numbers between `first` and `last`, both included."""
+        if self.seed is None:
+            return [float(x) for x in np.linspace(self.first, self.last, count)]
+        low, high = sorted((self.first, self.last))
+        return [float(x) for x in generator(self.seed, key).uniform(low, high, count)]
+
+
+class PositiveRangeSpec(RangeSpec):
+    """A range of numbers above 0."""
+
+    first: Positive
+    last: Positive
+
+
+@dataclass(frozen=True, eq=False)
+class NumberOrRange(ModelByContent):
+    """Metadata of a field that holds a number, or a mapping with the range of the numbers of a group."""
+
+    number: Any
+    range: type[RangeSpec]
+
+    def model_of(self, content: object) -> type[Model] | None:
+        return self.range if isinstance(content, dict) else None
+
+    def validate(self, content: object) -> object:
+        """Return the number or the range. Raises the errors of pydantic, which collects them with the others."""
+        if isinstance(content, dict):
+            return self.range.model_validate(content)
+        return TypeAdapter(self.number, config=ConfigDict(strict=True)).validate_python(content)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.validate)
+
+
+PositiveOrRange = Annotated[Any, NumberOrRange(Positive, PositiveRangeSpec)]
+NotNegativeOrRange = Annotated[Any, NumberOrRange(NotNegative, RangeSpec)]
+
+
+class GroupGoalSpec(Model):
+    """Keys that the goals of a group have in common."""
+
+    tolerance: Positive = 0.5
+    stop: bool = False
+
+
+def _optional(field: FieldInfo) -> Any:
+    """Return the type of a field, or None."""
+    given: Any = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    return given | None
+
+
+_KEYS: dict[str, Any] = {"robot": (Annotated[int, Field(ge=0)], ...)}
+_KEYS |= {name: (_optional(field), None) for name, field in RobotSpec.model_fields.items()}
+OverrideSpec = create_model("OverrideSpec", __base__=Model, __doc__="A robot of a group that differs.", **_KEYS)
+
+
+class GroupSpec(RobotKeys):
+    """Robots that share their settings, placed by patterns."""
+
+    count: Annotated[int, Field(ge=1, le=YAML_VALUES // VALUES_PER_ROBOT)]
+    radius: NotNegativeOrRange | None = Field(default=None, validate_default=True)
+    margin: NotNegativeOrRange | None = None
+    priority: PositiveOrRange = 1.0
+    max_speed: PositiveOrRange
+    max_acceleration: PositiveOrRange
+    positions: Annotated[PartModel, OfAnyKind(LAYOUTS)]
+    goals: Annotated[PartModel, OfAnyKind(GOALS)]
+    goal: GroupGoalSpec = Field(default_factory=GroupGoalSpec)
+    overrides: list[OverrideSpec] = Field(default_factory=list)  # type: ignore[valid-type]  # made at run time
+
+
+@dataclass(frozen=True, eq=False)
+class RobotOrGroupByContent(ModelByContent):
+    """Metadata of an entry of `robots`: a group has a count, a robot has none."""
+
+    def model_of(self, content: object) -> type[Model] | None:
+        return GroupSpec if is_group(content) else RobotSpec
+
+    def validate(self, content: object) -> Model:
+        """Return the robot or the group. Raises the errors of pydantic, which collects them with the others."""
+        return (GroupSpec if is_group(content) else RobotSpec).model_validate(content)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.validate)
+
+
+RobotOrGroup = Annotated[Model, RobotOrGroupByContent()]
+
+
+def is_group(content: object) -> bool:
+    """Whether an entry of `robots` is a group."""
+    return isinstance(content, dict) and "count" in content
+
+
+class WrittenRobot(NamedTuple):
+    """A robot of a file: its name, keys and place, and the places of keys that stand elsewhere."""
+
+    name: str
+    content: object
+    place: Place
+    elsewhere: Mapping[str, Place]
+
+    def at(self, *keys: str | int) -> Place:
+        """Return the place of a value of the robot."""
+        return (*self.elsewhere.get(str(keys[0]), (*self.place, keys[0])), *keys[1:]) if keys else self.place
+
+
+def robots_of(
+    spec: GroupSpec, content: Mapping[str, Any], place: Place, number: int, mistakes: Mistakes
+) -> list[WrittenRobot]:
+    """Return the robots of a group, each with the keys of a robot that is written on its own; none with a mistake.
+
+    Args:
+        spec: the model of `content`, the group at `place`. number: of its first robot in the fleet, for robots
+            without a name. mistakes: gets those of patterns and overrides.
+    """
+    count, layout, pattern = spec.count, spec.positions.build(), spec.goals.build()
+    positions = mistakes.attempt((*place, "positions"), lambda: vectors(layout.points(count, "positions"), "positions"))
+    if positions is None:
+        return []
+    d = positions.shape[1]
+    goals = mistakes.attempt((*place, "goals"), lambda: vectors(pattern.goals(positions), "goals", d))
+    overrides = _overrides(content, place, count, mistakes)
+    if goals is None or overrides is None:
+        return []
+    shared = {key: content[key] for key in RobotKeys.model_fields if key in content}
+    ranges = {key: value.values(count, key) for key, value in spec if isinstance(value, RangeSpec)}
+    found = []
+    for k in range(count):
+        robot = shared | {key: values[k] for key, values in ranges.items()}
+        robot["name"] = f"{spec.name} {k}" if spec.name else f"robot {number + k}"
+        robot["position"] = positions[k].tolist()
+        robot["goal"] = {**content.get("goal", {}), "position": goals[k].tolist()}
+        elsewhere = {"position": (*place, "positions"), "goal": (*place, "goals")}
+        if k in overrides:
+            at, own = overrides[k]
+            if own.keys() & {"shape", "radius"}:
+                robot = {key: value for key, value in robot.items() if key not in ("shape", "radius")}
+            robot |= own
+            elsewhere |= {key: (*at, key) for key in own}
+        found.append(WrittenRobot(str(robot["name"]), robot, place, elsewhere))
+    return found
+
+
+def _overrides(
+    content: Mapping[str, Any], place: Place, count: int, mistakes: Mistakes
+) -> dict[int, tuple[Place, dict[str, Any]]] | None:
+    """Return the place and the keys of the override of each robot that has one; None with a mistake."""
+    found: dict[int, tuple[Place, dict[str, Any]]] = {}
+    before = len(mistakes.mistakes)
+    for j, one in enumerate(content.get("overrides", [])):
+        at, k = (*place, "overrides", j), one["robot"]
+        if k >= count:
+            mistakes.note((*at, "robot"), f"expected a robot from 0 to {count - 1}, found {k}")
+        elif k in found:
+            mistakes.note((*at, "robot"), f"expected one override of each robot, found {k} again")
+        elif {"shape", "radius"} <= one.keys():
+            mistakes.note((*at, "radius"), "expected either this key or shape, found both")
+        else:
+            found[k] = at, {key: value for key, value in one.items() if key != "robot" and value is not None}
+    return found if len(mistakes.mistakes) == before else None
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Model of a scenario file.
 
 
 class ScenarioSpec(Model):

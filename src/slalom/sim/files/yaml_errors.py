@@ -12,12 +12,12 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import CollectionEndEvent, CollectionStartEvent
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from slalom.checks import did_you_mean, shown
-from slalom.errors import InvalidFile, SlalomError
-from slalom.io.input_file import text_of
+from slalom.base.checks import did_you_mean, shown
+from slalom.base.errors import InvalidFile, SlalomError
+from slalom.base.tolerances import YAML_DEPTH, YAML_VALUES
 from slalom.io.recorded import first_of
-from slalom.sim.files.schema_base import Model, Place, keys_at, keys_of_value
-from slalom.tolerances import YAML_DEPTH, YAML_VALUES
+from slalom.io.table import text_of
+from slalom.sim.files.parts import Model, Place, keys_at, keys_of_value
 
 T = TypeVar("T")
 

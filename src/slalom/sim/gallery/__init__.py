@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from slalom.checks import known, number
-from slalom.errors import InvalidInput
-from slalom.registry import Kind, Registry
-from slalom.sim.gallery import open_space, rooms, single_robot
-from slalom.sim.gallery.crowdnav import crowdnav
+from slalom.base.checks import known, number
+from slalom.base.errors import InvalidInput
+from slalom.base.registry import Kind, Registry
+from slalom.sim.gallery import fleets, worlds
+from slalom.sim.gallery.worlds import crowdnav
 from slalom.sim.scenario import SETTINGS, Scenario
 
 
@@ -37,58 +37,58 @@ GALLERY: Final = Registry[Entry](
     {
         entry.name: entry
         for entry in (
-            Entry("empty", single_robot.empty, {"distance": 20.0}, "A single robot drives to its goal and stops."),
+            Entry("empty", worlds.empty, {"distance": 20.0}, "A single robot drives to its goal and stops."),
             Entry(
                 "head_on",
-                single_robot.head_on,
+                worlds.head_on,
                 {"speed": 5.0, "offset": 0.0},
                 "One car drives straight towards the robot.",
             ),
             Entry(
                 "curved_road",
-                single_robot.curved_road,
+                worlds.curved_road,
                 {"radius": 30.0, "speed": 8.0},
                 "Four vehicles on a curved road: VO predicts collisions that NLVO does not.",
             ),
             Entry(
                 "roundabout_crossing",
-                single_robot.roundabout_crossing,
+                worlds.roundabout_crossing,
                 {"max_acceleration": 4.0, "speed": 1.0},
                 "The paper's roundabout: 30 vehicles in three lanes, crossed from left to right.",
             ),
             Entry(
                 "roundabout_exit",
-                single_robot.roundabout_exit,
+                worlds.roundabout_exit,
                 {"max_acceleration": 4.0, "speed": 1.0},
                 "The paper's roundabout, entered on the left and left at the top.",
             ),
             Entry(
                 "merging",
-                single_robot.merging,
+                worlds.merging,
                 {"max_acceleration": 4.0, "speed": 1.0, "gap": 6.0, "wait": 3.0, "exit": 180.0},
                 "The paper's roundabout: a robot merges into the outer lane and leaves at a later exit.",
             ),
             Entry(
                 "drones_crossing",
-                single_robot.drones_crossing,
+                worlds.drones_crossing,
                 {"drones": 8.0, "speed": 1.5},
                 "In space: a drone crosses a hall among drones that fly on planned polynomials.",
             ),
             Entry(
                 "corridor",
-                single_robot.corridor,
+                worlds.corridor,
                 {"people": 6.0, "door": 1.4},
                 "A corridor with a doorway, through which people walk in both directions.",
             ),
             Entry(
                 "blind_corner",
-                single_robot.blind_corner,
+                worlds.blind_corner,
                 {"people": 3.0, "speed": 1.5, "width": 2.4, "max_speed": 1.5, "max_acceleration": 1.0},
                 "A corridor with a blind corner, around which people come that do not yield.",
             ),
             Entry(
                 "circle",
-                open_space.circle,
+                fleets.circle,
                 {
                     "robots": 4.0,
                     "radius": 20.0,
@@ -101,13 +101,13 @@ GALLERY: Final = Registry[Entry](
             ),
             Entry(
                 "circle_random",
-                open_space.circle_random,
+                fleets.circle_random,
                 {"robots": 10.0, "radius": 20.0, "robot_radius": 1.5, "max_speed": 2.0, "max_acceleration": 2.0},
                 "Robots at random positions on a circle, each with its goal on the opposite side.",
             ),
             Entry(
                 "ring",
-                open_space.ring,
+                fleets.ring,
                 {
                     "robots": 10.0,
                     "radius": 25.0,
@@ -120,13 +120,13 @@ GALLERY: Final = Registry[Entry](
             ),
             Entry(
                 "random_goals",
-                open_space.random_goals,
+                fleets.random_goals,
                 {"robots": 8.0, "side": 20.0, "robot_radius": 0.5, "max_speed": 1.5, "max_acceleration": 2.0},
                 "Robots at random positions with random goals.",
             ),
             Entry(
                 "crossing_streams",
-                open_space.crossing_streams,
+                fleets.crossing_streams,
                 {
                     "robots": 20.0,
                     "angle": 90.0,
@@ -139,7 +139,7 @@ GALLERY: Final = Registry[Entry](
             ),
             Entry(
                 "corridor_swap",
-                rooms.corridor_swap,
+                fleets.corridor_swap,
                 {
                     "robots": 20.0,
                     "width": 6.0,
@@ -152,7 +152,7 @@ GALLERY: Final = Registry[Entry](
             ),
             Entry(
                 "doorway",
-                rooms.doorway,
+                fleets.doorway,
                 {
                     "robots": 20.0,
                     "both": 0.0,
@@ -166,7 +166,7 @@ GALLERY: Final = Registry[Entry](
             ),
             Entry(
                 "navground_antipodal",
-                open_space.navground_antipodal,
+                fleets.navground_antipodal,
                 {
                     "robots": 20.0,
                     "radius": 2.0,
@@ -179,19 +179,19 @@ GALLERY: Final = Registry[Entry](
             ),
             Entry(
                 "navground_cross",
-                open_space.navground_cross,
+                fleets.navground_cross,
                 {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
                 "Twenty small slow robots cross a square from all sides, as in navground's Cross.",
             ),
             Entry(
                 "navground_cross_torus",
-                open_space.navground_cross_torus,
+                fleets.navground_cross_torus,
                 {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
                 "Twenty small slow robots move in four directions in a periodic square, as in navground's CrossTorus.",
             ),
             Entry(
                 "navground_corridor",
-                rooms.navground_corridor,
+                fleets.navground_corridor,
                 {
                     "robots": 20.0,
                     "length": 8.0,
@@ -210,7 +210,7 @@ GALLERY: Final = Registry[Entry](
             ),
             Entry(
                 "recorded_roundabout",
-                single_robot.recorded_roundabout,
+                worlds.recorded_roundabout,
                 {"at": 6.4, "random": 0.0},
                 "A recorded roundabout with 30 cars, which yield to each other but not to the robot.",
             ),

@@ -7,12 +7,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.errors import InvalidInput
+from slalom.base.errors import InvalidInput
 from slalom.io.recorded import MAX_LISTED, Agent, RecordedTracks, tracks_at
-from slalom.shape import Ball, Disc, Rectangle, Shape
+from slalom.model.shape import Ball, Disc, Rectangle, Shape
+from slalom.model.trajectory import Sampled, Trajectory
 from slalom.sim.measure.closest_approach import last_step
 from slalom.sim.measure.recording import Recording
-from slalom.trajectory import Sampled, Trajectory
 
 ROBOT: Final = "robot"
 """Kind of robots, and name of the first one."""

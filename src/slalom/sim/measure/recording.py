@@ -2,21 +2,29 @@
 
 import hashlib
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path as FilePath
-from typing import Any
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path, Path as FilePath
+from typing import Any, Final, NamedTuple
 
+import h5py
 import numpy as np
 
-from slalom.checks import Array, array, array_of, positive, short, shown, whole
-from slalom.errors import InvalidFile, InvalidInput, SlalomError, reason
-from slalom.goal import Goal
-from slalom.limits import Limits
-from slalom.obstacle import Obstacle
+from slalom.base.checks import Array, array, array_of, positive, short, shown, whole
+from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
+from slalom.model.bounds import BOUNDS
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import Shape
+from slalom.model.uncertainty import UNCERTAINTIES
+from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.periodic import Period, checked_period
-from slalom.shape import Shape
-from slalom.sim.measure.hdf5_parts import (
+from slalom.sim.measure.hdf5 import (
+    HALF_SPACES,
+    Group,
+    add_units,
     listed,
     load_goal,
     load_holds,
@@ -26,15 +34,148 @@ from slalom.sim.measure.hdf5_parts import (
     member,
     named_numbers,
     numbers,
+    read_tree,
+    save_part,
+    save_shape,
+    save_trajectory,
     scalar,
     text,
     texts,
     unbounded,
 )
-from slalom.sim.measure.hdf5_run import FORMAT, READABLE_FORMATS, save_run
-from slalom.sim.measure.hdf5_tree import Group, read_tree
-from slalom.sim.measure.run_log import RunLog
 from slalom.sim.measure.tidy_table import to_pandas
+from slalom.sim.scenario import Scenario
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Log of a run, written by the loop over time: every step of a recorded run, and the final states.
+
+
+class Step(NamedTuple):
+    """One step of N robots: states at its start, and accelerations applied during it.
+
+    Attributes:
+        positions, velocities, accelerations: (N, d) [m, m/s, m/s^2].
+        controls: (N, d) of the committed manoeuvres. responses: their responses as text.
+        outcomes: names of the outcomes of decisions, "" without a decision. decision_times: (N,) [s] wall clock.
+    """
+
+    positions: Array
+    velocities: Array
+    accelerations: Array
+    controls: Array
+    responses: tuple[str, ...]
+    outcomes: tuple[str, ...]
+    decision_times: Array
+
+
+@dataclass(eq=False)
+class RunLog:
+    """Log of one run, from which `Recording.of` and `RunSummary.of` are built.
+
+    Attributes:
+        scenario, method, seed, foresight: see `Recording`.
+        steps: steps of a recorded run. count: number of steps, recorded or not.
+        statuses: number of decisions by name of the outcome.
+        positions, velocities: (N, d) [m, m/s] at the end. arrived: (N,) [s] absolute, inf if not.
+    """
+
+    scenario: Scenario
+    method: str
+    seed: int
+    foresight: str
+    steps: list[Step] = field(default_factory=list)
+    count: int = 0
+    statuses: Counter[str] = field(default_factory=Counter)
+    positions: Array = field(default_factory=lambda: np.empty((0, 2)))
+    velocities: Array = field(default_factory=lambda: np.empty((0, 2)))
+    arrived: Array = field(default_factory=lambda: np.empty(0))
+
+    def end(self, positions: Array, velocities: Array, arrived: Array) -> None:
+        """Store the final positions (N, d) [m], velocities (N, d) [m/s] and arrival times (N,) [s]."""
+        self.positions, self.velocities, self.arrived = positions, velocities, arrived
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The HDF5 file of a run, as it is written; `Recording.load` reads it.
+
+
+FORMAT: Final = "slalom recording 2"
+"""Name of the written format."""
+READABLE_FORMATS: Final = ("slalom recording 1", FORMAT)
+"""Names of the formats that are read."""
+
+
+def save_run(recording: "Recording", path: Path | str) -> None:
+    """Write a run, see `Recording.save`."""
+    with h5py.File(path, "w") as file:
+        file.attrs["format"] = FORMAT
+        run = file.create_group("run_0")
+        run.attrs.update(
+            scenario=recording.scenario,
+            method=recording.method,
+            seed=recording.seed,
+            time_step=recording.dt,
+            steps=len(recording.accelerations),
+            final_sim_time=float(recording.times[-1]),
+            digest=recording.digest(),
+            foresight=recording.foresight,
+        )
+        if recording.period is not None:
+            run.attrs["period"] = recording.period
+        run.create_group("parameters").attrs.update(recording.parameters)
+        run.create_group("settings").attrs.update(recording.settings)
+        run["holds"] = np.array(recording.holds)
+        heading = np.arctan2(recording.velocities[..., 1], recording.velocities[..., 0])[..., None]
+        run["times"] = recording.times
+        run["poses"] = np.concatenate([recording.positions, heading], axis=-1)
+        run["twists"] = np.concatenate([recording.velocities, np.zeros_like(heading)], axis=-1)
+        for name in ("accelerations", "controls", "decision_times", "arrived"):
+            run[name] = getattr(recording, name)
+        for name in ("responses", "outcomes"):
+            texts = np.array(getattr(recording, name), dtype=h5py.string_dtype())
+            run[name] = texts.reshape(recording.decision_times.shape)
+        _save_parts(run, recording)
+        add_units(run)
+
+
+def _save_parts(run: Any, recording: "Recording") -> None:
+    """Write the robots with their shapes, limits and goals, and the obstacles."""
+    span = float(recording.times[0]), float(recording.times[-1])
+    for k, (shape, limits, goal) in enumerate(zip(recording.shapes, recording.limits, recording.goals)):
+        group = run.create_group(f"robots/{k}")
+        save_shape(group.create_group("shape"), shape)
+        group.attrs["name"] = recording.names[k]
+        group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
+        for name in HALF_SPACES:
+            bounds = getattr(limits, name)
+            rows = np.array([(*bound.normal, bound.offset) for bound in bounds])
+            group[name] = rows.reshape(-1, recording.dimension + 1)
+        for j, bound in enumerate(limits.bounds):
+            save_part(group.create_group(f"bounds/{j}"), bound, BOUNDS)
+        group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
+        save_trajectory(group.create_group("goal"), goal.trajectory, *span)
+        if isinstance(goal, PathGoal):
+            path = group.create_group("goal_path")
+            path["points"], path.attrs["lookahead"] = goal.points, goal.lookahead
+            if goal.speeds is not None:
+                path["speeds"] = goal.speeds
+    for k, obstacle in enumerate(recording.obstacles):
+        group = run.create_group(f"obstacles/{k}")
+        group.attrs.update(name=obstacle.name, contact_at_rest=obstacle.contact_at_rest)
+        if isinstance(obstacle.heading, Headings):
+            headings = group.create_group("headings")
+            headings["times"], headings["angles"] = obstacle.heading.times, obstacle.heading.angles
+        else:
+            group.attrs["heading"] = obstacle.heading
+        save_shape(group.create_group("shape"), obstacle.shape)
+        if obstacle.uncertainty is not None:
+            save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
+        save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Recording of a run: all data for metrics, figures and an exact replay, and its HDF5 file.
+
 
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
@@ -298,3 +439,66 @@ class Recording:
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of robots if all differ, else none."""
     return tuple(names) if len(set(names)) == len(names) else ()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Summary of a run without a recording.
+
+
+@dataclass(frozen=True, eq=False)
+class RunSummary:
+    """Final state of a run of N robots; its size does not depend on the duration.
+
+    Only the metrics `arrived` and `time` accept it. The others, including collisions, need the whole run: an attribute
+    that only a `Recording` has raises InvalidInput.
+
+    Attributes:
+        scenario, method, seed, dt, parameters, foresight: as in `Recording`.
+        times: (2,) absolute start and end [s]. steps: number of steps.
+        position: (N, d) [m] at the end. velocity: (N, d) [m/s] at the end.
+        arrived: (N,) absolute time [s], inf if the robot did not arrive.
+        statuses: number of decisions by name of the outcome.
+    """
+
+    scenario: str
+    method: str
+    seed: int
+    dt: float
+    parameters: dict[str, float]
+    times: Array
+    steps: int
+    position: Array
+    velocity: Array
+    arrived: Array
+    statuses: dict[str, int]
+    foresight: str = ""
+
+    @classmethod
+    def of(cls, log: RunLog) -> "RunSummary":
+        """Return the summary of a run from its log."""
+        scenario = log.scenario
+        return cls(
+            scenario=scenario.name,
+            method=log.method,
+            seed=log.seed,
+            dt=scenario.dt,
+            parameters=dict(scenario.parameters),
+            times=scenario.start + scenario.dt * np.array([0.0, log.count]),
+            steps=log.count,
+            position=log.positions,
+            velocity=log.velocities,
+            arrived=log.arrived,
+            statuses=dict(sorted(log.statuses.items())),
+            foresight=log.foresight,
+        )
+
+    def __getattr__(self, name: str) -> Any:
+        if name in RECORDING_ATTRIBUTES:
+            raise InvalidInput(f"{name}: expected a recorded run, found one with record=False")
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+RECORDING_ATTRIBUTES = {
+    name for name in (*dir(Recording), *(f.name for f in fields(Recording))) if not name.startswith("_")
+}
+"""Names of the public attributes of recordings."""

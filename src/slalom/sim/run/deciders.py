@@ -6,15 +6,15 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from slalom.checks import Array
+from slalom.base.checks import Array
 from slalom.decision import Decision
+from slalom.decision.methods import Method
 from slalom.fleet.observation import Observer
-from slalom.methods import Method
+from slalom.model.state import State
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles
-from slalom.sim.run.robot_states import RobotStates
+from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import Scenario
-from slalom.state import State
 
 
 class Decisions(NamedTuple):

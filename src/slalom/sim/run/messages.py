@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slalom.checks import Array
+from slalom.base.checks import Array
+from slalom.base.tolerances import FRESH, WHOLE_PERIODS
+from slalom.decision.methods import Method
 from slalom.kernels.arrays import Flags, Indices
-from slalom.methods import Method
 from slalom.obstacle.periodic import to_nearest
 from slalom.sim.scenario import Scenario
-from slalom.tolerances import FRESH, WHOLE_PERIODS
 
 
 class Message(NamedTuple):

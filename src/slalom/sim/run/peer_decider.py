@@ -7,21 +7,20 @@ from time import perf_counter
 
 import numpy as np
 
-from slalom.checks import Array
-from slalom.errors import InvalidInput
-from slalom.forecast import AtConstantVelocity
+from slalom.base.checks import Array
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import PATH_BRAKING
+from slalom.forecast.forecast import AtConstantVelocity
 from slalom.kernels.arrays import Flags
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import Disc
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import ObstacleWindow
-from slalom.path_goal import PathGoal
 from slalom.peers import Crowd, Peer, Team, discs, outlines
-from slalom.shape import Disc
-from slalom.sim.limited_sight import SIGHT
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
 from slalom.sim.run.deciders import Decisions
-from slalom.sim.run.robot_states import RobotStates
-from slalom.sim.scenario import Robot, Scenario
-from slalom.tolerances import PATH_BRAKING
+from slalom.sim.run.states import RobotStates
+from slalom.sim.scenario import SIGHT, Robot, Scenario
 
 
 class PeerDecider:

@@ -20,23 +20,20 @@ from typing import Literal, overload
 
 import numpy as np
 
-from slalom.checks import OBJECTIVE, Array, flag, has, whole
+from slalom.base.checks import OBJECTIVE, Array, flag, has, whole
+from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
-from slalom.errors import InvalidInput
+from slalom.decision.methods import Method
+from slalom.decision.objective import Objective
 from slalom.kernels.arrays import Indices
-from slalom.methods import Method
-from slalom.objective import Objective
+from slalom.model.state import State
 from slalom.peers import Peer, contender
-from slalom.sim.measure.recording import Recording
-from slalom.sim.measure.run_log import RunLog, Step
-from slalom.sim.measure.run_summary import RunSummary
+from slalom.sim.measure.recording import Recording, RunLog, RunSummary, Step
 from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider
-from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.guidance import GuidedRun
+from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
 from slalom.sim.run.peer_decider import PeerDecider
-from slalom.sim.run.robot_states import RobotStates
+from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import Scenario
-from slalom.state import State
 
 
 @overload

@@ -5,30 +5,68 @@ import json
 import os
 import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from slalom.checks import known, shown
-from slalom.errors import InvalidFile, InvalidInput
-from slalom.io import cadrl
-from slalom.methods import METHODS, Method
-from slalom.objective import OBJECTIVES
+from slalom.base.checks import known, shown
+from slalom.base.errors import InvalidFile, InvalidInput
+from slalom.decision.methods import METHODS, Method
+from slalom.decision.objective import OBJECTIVES
+from slalom.io import pedestrians
+from slalom.io.pedestrians import Case as CrowdCase
 from slalom.peers import Peer, contender, contender_named
 from slalom.sim.files.scenario_yaml import files_of, read_scenario
 from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
+from slalom.sim.gallery.fleets import cadrl
 from slalom.sim.measure.metrics import METRICS, extra_time, finite, summary
 from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
-from slalom.sim.scenario import Scenario
-from slalom.sim.sweep.case_file import case_of, is_cases
+from slalom.sim.scenario import SETTINGS, Scenario
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Files of test cases; a study runs one case per seed.
+
+
+def is_cases(name: str) -> bool:
+    """Return whether a scenario is named by a file of test cases (`io.pedestrians`)."""
+    return name.endswith(".csv")
+
+
+def case_of(name: str, cases: Sequence[CrowdCase], settings: Mapping[str, float], seed: int) -> Scenario:
+    """Return the scenario of a case of a file, by its rank from 0 in the order of case numbers; see `fleets.cadrl`.
+
+    Args:
+        settings: those of every scenario, and `max_acceleration`.
+
+    Raises:
+        InvalidInput: no such case or setting; robots that overlap at the start.
+    """
+    for key in settings:
+        known(key, f"parameter of {Path(name).name}", ["max_acceleration", *SETTINGS])
+    if not 0 <= seed < len(cases):
+        raise InvalidInput(f"seed: expected 0 to {len(cases) - 1}, the cases of {name}; found {seed}")
+    limits = {key: value for key, value in settings.items() if key == "max_acceleration"}
+    scenario = cadrl(cases[seed], **limits).with_settings({k: v for k, v in settings.items() if k not in limits})
+    return replace(scenario, parameters={**scenario.parameters, **settings})
+
+
+def refuse_more(name: str, cases: Sequence[CrowdCase], seeds: int) -> None:
+    """Raise InvalidInput if a study has more seeds than the file has cases."""
+    if seeds > len(cases):
+        raise InvalidInput(f"seeds: expected at most {len(cases)}, the cases of {name}; found {seeds}")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# One run of a sweep, and everything that its result depends on.
+
 
 ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.py", "view", "work_rate.py")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
-GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance", "sim/run/guidance.py")
+GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance", "sim/run/fleet_decider.py")
 """Code that chooses the targets of guided robots. An edit there changes no result of other runs."""
 
 RANDOM: Final = ("message_delay", "message_loss", "sight_noise", "sight_loss")
@@ -126,7 +164,7 @@ def drawn(name: Source, settings: Mapping[str, float] | None = None, *, seed: in
         InvalidInput: as `load`; no such case. InvalidFile: mistakes in the file.
     """
     if isinstance(name, str) and is_cases(name):
-        return case_of(name, cadrl.read_cases(name), settings or {}, seed)
+        return case_of(name, pedestrians.read_cases(name), settings or {}, seed)
     return load(name, settings, seed=seed)
 
 
@@ -229,9 +267,9 @@ def _read(name: str, digests: tuple[str, ...]) -> Scenario:
 
 
 @cache
-def _read_cases(name: str, digests: tuple[str, ...]) -> list[cadrl.Case]:
+def _read_cases(name: str, digests: tuple[str, ...]) -> list[pedestrians.Case]:
     """Return the cases of a file with this digest, read once per process."""
-    cases = cadrl.read_cases(name)
+    cases = pedestrians.read_cases(name)
     _refuse_others(name, digests)
     return cases
 

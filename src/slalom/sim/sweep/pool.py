@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 from joblib import Parallel, delayed, parallel_config
 from joblib.parallel import BACKENDS, get_active_backend
 
-from slalom.errors import InvalidInput
+from slalom.base.errors import InvalidInput
 from slalom.sim.sweep.case import Failure
 
 Item = TypeVar("Item")

@@ -1,17 +1,26 @@
 """Comparison of methods over scenarios and seeds in one table."""
 
+import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from slalom.checks import flag, has, listing, mapping, number, shown, text, whole
-from slalom.errors import InvalidInput
-from slalom.io.cadrl import read_cases
-from slalom.methods import Method
-from slalom.peers import CONTENDERS, Peer, contender
-from slalom.sim.sweep.aggregate import aggregate
+import numpy as np
+from pydantic import Field, FiniteFloat
+from ruamel.yaml.nodes import Node
+
+from slalom.base.checks import did_you_mean, flag, has, known, listing, mapping, number, shown, text, whole
+from slalom.base.errors import InvalidFile, InvalidInput
+from slalom.decision.methods import Method
+from slalom.io.pedestrians import read_cases
+from slalom.io.recorded import first_of
+from slalom.peers import CONTENDERS, Peer, contender, contender_named
+from slalom.sim.files.parts import Model, Place
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, in_order, messages, where
+from slalom.sim.measure.metrics import METRICS, finite
 from slalom.sim.sweep.case import (
     SOURCES,
     SOURCES_UNGUIDED,
@@ -20,19 +29,126 @@ from slalom.sim.sweep.case import (
     Metric,
     Source,
     drawn,
+    is_cases,
     is_deterministic,
     is_file,
     is_guided,
     method_content,
     metrics_content,
+    refuse_more,
     run_case,
     scenario_content,
     versions,
 )
-from slalom.sim.sweep.case_file import is_cases, refuse_more
 from slalom.sim.sweep.pool import map_surviving_kills, working_with
-from slalom.sim.sweep.shard import MISSING, OTHER, Shard
-from slalom.sim.sweep.store import Result, Store
+from slalom.sim.sweep.store import MISSING, OTHER, Result, Shard, Store
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Aggregation of the runs of one scenario and method to a table row, with confidence intervals.
+
+
+PERCENTILES: Final = (50, 75, 90)
+"""[%] Percentiles of the extra time in a row."""
+
+
+def wilson(count: int, runs: int) -> list[float] | None:
+    """Return the 95 % confidence interval of a share, observed in `count` of `runs` (Wilson, JASA 22, 1927).
+
+    None for no runs.
+    """
+    if runs == 0:
+        return None
+    z, share = 1.96, count / runs
+    middle, scale = share + z * z / (2 * runs), 1.0 + z * z / runs
+    half = z * float(np.sqrt(share * (1.0 - share) / runs + z * z / (4 * runs * runs)))
+    return [max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)]
+
+
+def mean_interval(values: Sequence[float]) -> list[float] | None:
+    """Return the 95 % confidence interval of a mean by Student's t; None for fewer than two values.
+
+    The quantile of t is the expansion 26.7.5 of Abramowitz and Stegun: 0.3 % low for 4 degrees of freedom, 24 % for 1.
+    """
+    n = len(values)
+    if n < 2:
+        return None
+    z, nu = 1.959964, float(n - 1)
+    t = z + (z**3 + z) / (4 * nu) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * nu**2)
+    t += (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * nu**3)
+    mean, half = float(np.mean(values)), t * float(np.std(values, ddof=1)) / float(np.sqrt(n))
+    return [mean - half, mean + half]
+
+
+def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: bool = False) -> dict[str, Any]:
+    """Return the results of seeds 0, 1, ... as one row, JSON-ready; see `study.compare`.
+
+    Args:
+        deterministic: whether all runs are the same. They then count as one distinct run, and the row has no
+            confidence intervals.
+    """
+    rows = [row for row in results if not isinstance(row, Failure)]
+    times = [row["time"] for row in rows if row["arrived"] == row["robots"]]
+    # Equal runs are one: they say nothing about others.
+    share, mean = (_no_interval, _no_interval) if deterministic else (wilson, mean_interval)
+    good = sum(row["arrived"] == row["robots"] and not row["collisions"] for row in rows)
+    extra = [seconds for row in rows for seconds in row["extra_times"] if seconds is not None]
+    collided = sum(row["collisions"] > 0 for row in rows)
+    clearances = [row["min_clearance"] for row in rows if row["min_clearance"] is not None]
+    # Runs that were kept before their jerk was measured have none.
+    jerks = [row["jerk"] for row in rows if row.get("jerk") is not None]
+    outcomes: Counter[str] = Counter()
+    for row in rows:
+        outcomes.update(row["statuses"])
+    return {
+        "foresight": rows[0]["foresight"] if rows else None,
+        "runs": len(rows),
+        "distinct_runs": min(len(rows), 1) if deterministic else len(rows),
+        "runs_with_collision": collided,
+        "runs_with_collision_interval": share(collided, len(rows)),
+        "runs_all_arrived": len(times),
+        "runs_all_arrived_interval": share(len(times), len(rows)),
+        "runs_successful": good,
+        "runs_successful_interval": share(good, len(rows)),
+        "adjustments": float(np.mean([row["adjustments"] for row in rows])) if rows else None,
+        "jerk": float(np.mean(jerks)) if jerks else None,
+        "efficacy": float(np.mean([row["efficacy"] for row in rows])) if rows else None,
+        "time": finite(float(np.mean(times))) if times else None,
+        "time_interval": mean(times),
+        "extra_time": [float(x) for x in np.percentile(extra, PERCENTILES)] if extra else None,
+        "min_clearance": finite(min(clearances, default=np.inf)),
+        "outcomes": dict(sorted(outcomes.items())),
+        "failures": _failures(results),
+        **({"metrics": _metrics([row["metrics"] for row in rows], mean)} if rows and "metrics" in rows[0] else {}),
+    }
+
+
+def _metrics(
+    rows: Sequence[Mapping[str, float | None]], interval: Callable[[Sequence[float]], list[float] | None]
+) -> dict[str, Any]:
+    """Return mean and confidence interval of each metric over the runs in which it is finite."""
+    found = {name: [value for row in rows if (value := row[name]) is not None] for name in rows[0]}
+    return {
+        name: {"mean": float(np.mean(values)) if values else None, "interval": interval(values)}
+        for name, values in found.items()
+    }
+
+
+def _no_interval(*_: Any) -> None:
+    """Return the interval of equal runs: none."""
+
+
+def _failures(results: Sequence[Mapping[str, Any] | Failure]) -> list[dict[str, Any]]:
+    """Return the reasons of runs without a result, each with its seeds."""
+    seeds: dict[Failure, list[int]] = {}
+    for seed, result in enumerate(results):
+        if isinstance(result, Failure):
+            seeds.setdefault(result, []).append(seed)
+    return [{**failure._asdict(), "seeds": which} for failure, which in seeds.items()]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Comparison of methods over scenarios and seeds in one table.
+
 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
 """Methods of a row that names none."""
@@ -271,3 +387,181 @@ def flat(tables: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         for table in tables
         for method, row in table["methods"].items()
     ]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Reader of study files: YAML with scenarios, settings and methods for one comparison.
+
+
+class ScenarioRowSpec(Model):
+    """A scenario by a name of the gallery or a file, with settings; perhaps methods and seeds of its own.
+
+    The path of a .yaml file is relative to the study, that of a .csv file of test cases to the study or the data
+    folder.
+    """
+
+    scenario: str
+    settings: dict[str, FiniteFloat] = Field(default_factory=dict)
+    methods: list[str] | None = Field(default=None, min_length=1)
+    seeds: int | None = Field(default=None, ge=1)
+
+
+class StudySpec(Model):
+    """A study file. Its methods and seeds apply to scenarios that give none."""
+
+    title: str = ""
+    text: str = ""
+    methods: list[str] = Field(default_factory=lambda: list(METHODS), min_length=1)
+    seeds: int = Field(default=SEEDS, ge=1)
+    metrics: list[str] = Field(default_factory=list)
+    scenarios: list[ScenarioRowSpec] = Field(min_length=1)
+
+
+class Study(NamedTuple):
+    """The content of a study file: title and text for the page, and rows.
+
+    `left_out` has the rows whose file of test cases does not exist, by its name in the study.
+    """
+
+    title: str
+    text: str
+    rows: list[Row]
+    left_out: tuple[Row, ...] = ()
+
+    @property
+    def missing(self) -> list[str]:
+        """The missing files of test cases, each once."""
+        return list(dict.fromkeys(row.name for row in self.left_out))
+
+
+def is_study(name: str) -> bool:
+    """Return whether a name is that of a YAML file with `scenarios`. Raises InvalidFile if it is not YAML."""
+    content = compose(Path(name))[1] if is_file(name) else None
+    return isinstance(content, dict) and "scenarios" in content
+
+
+def read_study(path: Path | str, data: Path | str | None = None) -> Study:
+    """Return the study of a YAML file.
+
+    Args:
+        data: folder of the files of test cases; by default that of the study.
+
+    Raises:
+        InvalidFile: one line `file:line:column: KEY: expected ..., found ...` for each mistake; an unknown scenario,
+            setting or method is one too. InvalidInput: no such folder of data.
+    """
+    path = Path(path)
+    cases = path.parent if data is None else Path(data)
+    if data is not None and not os.path.isdir(cases):
+        raise InvalidInput(f"data: expected a folder, found none at {str(data)!r}")
+    root, content = compose(path)
+    if wrong := messages(path, root, content, StudySpec):
+        raise InvalidFile(first_of(path, in_order(path, wrong), MAX_MISTAKES))
+    spec = StudySpec.model_validate(content)
+    rows: list[Row] = []
+    left_out: list[Row] = []
+    mistakes: list[str] = []
+    for k, one in enumerate(spec.scenarios):
+        name, folder = one.scenario, cases if is_cases(one.scenario) else path.parent
+        there = not is_cases(name) or os.path.exists(folder / name)
+        place = str(folder / name) if there and (is_file(name) or is_cases(name)) else name
+        row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds, tuple(spec.metrics))
+        (rows if there else left_out).append(row)
+        mistakes += _unfit(path, root, k, row) if there else []
+    mistakes += _unknown(path, root, ("methods",), spec.methods)
+    for k, name in enumerate(spec.metrics):
+        if name not in METRICS:
+            at, expected, hint = ("metrics", k), ", ".join(METRICS), did_you_mean(name, list(METRICS))
+            mistakes.append(f"{where(path, root, at)}: {dotted(at)}expected one of {expected}; found {name!r}{hint}")
+    for k, one in enumerate(spec.scenarios):
+        mistakes += _unknown(path, root, ("scenarios", k, "methods"), one.methods or ())
+    if mistakes:
+        raise InvalidFile(first_of(path, in_order(path, mistakes), MAX_MISTAKES))
+    return Study(spec.title, spec.text, rows, tuple(left_out))
+
+
+def named(
+    names: Sequence[str],
+    *,
+    settings: Mapping[str, float] | None = None,
+    methods: Sequence[str] | None = None,
+    seeds: int | None = None,
+    metrics: Sequence[str] | None = None,
+    only: Sequence[str] | None = None,
+    data: Path | str | None = None,
+) -> Study:
+    """Return the studies and scenarios of these names as one study; a single study keeps its title and text.
+
+    Settings are added to those of every row; methods, seeds and metrics replace those of every row.
+
+    Args:
+        only: scenarios whose rows are kept; a file of test cases by its name without the folder.
+        data: see `read_study`.
+
+    Raises:
+        InvalidInput: no names, or no row with an existing file; a scenario in `only` that no row has; no such folder of
+            data. InvalidFile: mistakes in a study.
+    """
+    studies = [read_study(name, data) if is_study(name) else Study("", "", [Row(name)]) for name in names]
+    if data is not None and not any(is_study(name) for name in names):
+        raise InvalidInput(f"data: expected only with a study file, found it with {', '.join(names)}")
+    every = [row for study in studies for row in (*study.rows, *study.left_out)]
+    if not every:
+        raise InvalidInput("scenario: expected at least one, or a study file, found none")
+    for name in only or ():
+        known(name, "only", list(dict.fromkeys(_called(row) for row in every)))
+
+    def changed(rows: Iterable[Row]) -> list[Row]:
+        return [
+            Row(
+                row.scenario,
+                {**row.settings, **(settings or {})},
+                row.methods if methods is None else methods,
+                row.seeds if seeds is None else seeds,
+                row.metrics if metrics is None else metrics,
+            )
+            for row in rows
+            if not only or _called(row) in only
+        ]
+
+    rows = changed(row for study in studies for row in study.rows)
+    left_out = changed(row for study in studies for row in study.left_out)
+    title, text = (studies[0].title, studies[0].text) if len(studies) == 1 else ("", "")
+    study = Study(title, text, rows, tuple(left_out))
+    if not rows:
+        missing = ", ".join(study.missing)
+        raise InvalidInput(f"data: expected the folder of {missing}; found no such file, and nothing else to run")
+    return study
+
+
+def _called(row: Row) -> str:
+    """Return the name of the scenario of a row in `only`."""
+    return Path(row.name).name if is_cases(row.name) else row.name
+
+
+def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
+    """Return the mistakes in the scenario of a row, in its settings and in its number of cases."""
+    try:
+        drawn(row.scenario, row.settings)
+        if is_cases(row.name):
+            refuse_more(row.name, read_cases(row.name), row.seeds)
+    except InvalidFile as error:
+        return error.mistakes
+    except InvalidInput as error:
+        key, _, text = str(error).partition(": ")
+        named_at = key in ("scenario", "seeds")
+        place = ("scenarios", k, key if named_at else "settings")
+        return [f"{where(path, root, place)}: {dotted(place)}{text if named_at else error}"]
+    return []
+
+
+def _unknown(path: Path, root: Node | None, place: Place, names: Sequence[str]) -> list[str]:
+    """Return a mistake for each unknown method. Missing packages are reported when the methods run."""
+    mistakes = []
+    for k, name in enumerate(names):
+        try:
+            contender_named(name)
+        except InvalidInput as error:
+            at = (*place, k)
+            mistakes.append(f"{where(path, root, at)}: {dotted(at)}{str(error).removeprefix('method: ')}")
+    return mistakes

@@ -1,0 +1,63 @@
+"""Exceptions of slalom: one base class with few subclasses, so that no exception of a backend reaches the caller."""
+
+import errno
+import re
+from typing import Final
+
+from slalom.base.tolerances import MESSAGE_LINE
+
+REASONS: Final = {
+    errno.ENOENT: "no such file or folder",
+    errno.EACCES: "no permission",
+    errno.EPERM: "no permission",
+    errno.EROFS: "a folder that cannot be written",
+    errno.EEXIST: "a file of that name",
+    errno.ENOTDIR: "a file in place of a folder",
+    errno.EISDIR: "a folder",
+    errno.ENOSPC: "no space left",
+    errno.ENAMETOOLONG: "a name that is too long",
+}
+"""Causes of errors of the operating system, as the end of "expected ..., found"."""
+
+
+class SlalomError(Exception):
+    """Base class of all errors that slalom raises deliberately."""
+
+
+class InvalidInput(SlalomError, ValueError):
+    """Invalid value; the message states the expected value, the found one, and its place."""
+
+
+class OutsideSpan(SlalomError, ValueError):
+    """A trajectory was evaluated at a time at which its obstacle does not exist."""
+
+
+class InvalidFile(SlalomError):
+    """Invalid content of a file; one line per mistake, `file:line:column: expected, found`.
+
+    A line shows at most MESSAGE_LINE characters of its mistake, and those that cannot be printed as escape sequences.
+    """
+
+    def __init__(self, mistakes: list[str]) -> None:
+        self.mistakes = [_line(mistake) for mistake in mistakes]
+        super().__init__("\n".join(self.mistakes))
+
+    def __reduce__(self) -> tuple[type["InvalidFile"], tuple[list[str]]]:
+        """Make the error picklable: it may come from another process."""
+        return type(self), (self.mistakes,)
+
+
+def reason(error: Exception) -> str:
+    """The cause of an error of a file in words; of an unknown one its own text.
+
+    The HDF5 library states the number of the operating system in its text only.
+    """
+    in_text = re.search(r"errno = (\d+)", str(error))
+    number = int(in_text[1]) if in_text else getattr(error, "errno", None)
+    return REASONS.get(number or 0, getattr(error, "strerror", None) or str(error))
+
+
+def _line(text: str) -> str:
+    """Return a text as one line that can be printed."""
+    shown = text if len(text) <= MESSAGE_LINE else f"{text[:MESSAGE_LINE]}... ({len(text)} characters)"
+    return shown if shown.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in shown)

@@ -1,0 +1,119 @@
+"""Tables of parts by name, to which installed packages add by entry points."""
+
+import inspect
+from collections import UserDict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+from slalom.base.checks import Checked, known, shown
+from slalom.base.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+
+Part = TypeVar("Part")
+
+
+class Kind(NamedTuple):
+    """The kind of the parts of a table: a test of an object, and words for messages."""
+
+    fits: Callable[[object], bool]
+    words: str
+
+
+class Registry(UserDict[str, Part], Generic[Part]):
+    """Parts by name: those of slalom, and those of installed packages, by the entry points of a group.
+
+    Packages are searched when the table is listed, or when a name is unknown. A part is also added by
+    `TABLE[name] = part`.
+
+    Attributes:
+        group: name of the group of entry points. packages: name and version of the package of each part that an entry
+            point added.
+
+    Raises:
+        InvalidInput: (when packages are searched) an entry point that cannot be imported or is another kind of part;
+            one with the name of an existing part, or with another name than its part.
+    """
+
+    def __init__(self, group: str, kind: Kind, parts: Mapping[str, Part]) -> None:
+        self.group, self.packages, self._kind = group, dict[str, str](), kind
+        self._complete = True
+        super().__init__(parts)
+        self._complete = False
+
+    def find(self, name: str, what: str) -> Part:
+        """The part of a name; `what` it is. Raises InvalidInput with all names for one that is unknown."""
+        if isinstance(name, str) and name in self.data:
+            return self.data[name]
+        return self[known(name, what, list(self))]
+
+    def __getitem__(self, name: str) -> Part:
+        if name not in self.data:
+            self._load()
+        return self.data[name]
+
+    def __contains__(self, name: object) -> bool:
+        if name not in self.data:
+            self._load()
+        return name in self.data
+
+    def __iter__(self) -> Iterator[str]:
+        self._load()
+        return iter(self.data)
+
+    def __len__(self) -> int:
+        self._load()
+        return len(self.data)
+
+    def _load(self) -> None:
+        """Add the parts of installed packages, once."""
+        if self._complete:
+            return
+        from importlib.metadata import entry_points
+
+        # While packages are imported they may look into this table.
+        self._complete, done = True, False
+        try:
+            for point in sorted(entry_points(group=self.group)):
+                self._add(point)
+            done = True
+        finally:
+            self._complete = done
+
+    def _add(self, point: "EntryPoint") -> None:
+        where = f"entry point {point.name!r} of {self.group}"
+        package = "" if point.dist is None else f"{point.dist.name} {point.dist.version}"
+        if self.packages.get(point.name) == package:
+            return
+        if point.name in self.data:
+            raise InvalidInput(f"{where}: expected a name that is free, found one that is taken: {point.value}")
+        try:
+            part = point.load()
+        except (ImportError, AttributeError) as error:
+            raise InvalidInput(f"{where}: expected {point.value} to be importable, found {error}") from error
+        if not self._kind.fits(part):
+            raise InvalidInput(f"{where}: expected {self._kind.words}, found {shown(part)}")
+        if getattr(part, "name", point.name) != point.name:
+            raise InvalidInput(f"{where}: expected the name of its part, found {part.name!r}")
+        self.data[point.name], self.packages[point.name] = part, package
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The kinds and keys under which files hold parts: trajectories, shapes, bounds, responses and others.
+
+
+def kind_of(part: object, kinds: Mapping[str, type], where: str) -> str:
+    """The name of the class of a part in a table. Raises InvalidInput, which names `where`, for another class."""
+    kind = next((name for name, cls in kinds.items() if type(part) is cls), None)
+    if kind is None:
+        raise InvalidInput(f"{where}: expected one of {', '.join(kinds)}, found {type(part).__name__}")
+    return kind
+
+
+def file_keys(part: Any) -> dict[str, str]:
+    """The key in files of each field of a dataclass, by the name of the field, see `checks.Checked.key`."""
+    held = {field.name: inspect.getattr_static(part, field.name, None) for field in fields(part)}
+    return {name: (one.key if isinstance(one, Checked) else "") or name for name, one in held.items()}

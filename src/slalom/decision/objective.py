@@ -1,0 +1,349 @@
+"""Objectives: the preferred control of each response, and the cost of a manoeuvre."""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Final, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from slalom.base.checks import (
+    OBJECTIVE,
+    Array,
+    Checked,
+    NotNegative,
+    Positive,
+    check_fields,
+    has,
+    listing,
+    not_negative,
+    pair,
+    positive,
+    vector,
+)
+from slalom.base.errors import InvalidInput
+from slalom.base.registry import Kind, Registry
+from slalom.base.tolerances import AIM_ROUNDS, AT_REST, COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
+from slalom.model.goal import Goal
+from slalom.model.limits import Admissible, Limits
+from slalom.model.response import Response
+from slalom.model.state import Affine, State
+from slalom.model.trajectory import Stationary, Trajectory
+
+
+class Aim(NamedTuple):
+    """Quadratic term of an objective: weight * |map(u) - target|^2."""
+
+    map: Affine
+    target: Array
+    weight: float = 1.0
+
+
+def preferred_control(aims: tuple[Aim, ...]) -> Array:
+    """Control (d,) that minimises the sum of the aims.
+
+    Because every gain is a scalar, the sum is (sum w g^2) |u - preferred|^2 + constant. The optimum under any
+    constraint is therefore the point nearest to `preferred`, which `select` computes.
+
+    Raises:
+        InvalidInput: no aim with weight and gain above 0.
+    """
+    total, weighted = 0.0, np.zeros(1)
+    for aim in aims:
+        gain = float(aim.map.gain)
+        total += aim.weight * gain**2
+        weighted = weighted + aim.weight * gain * (aim.target - aim.map.drift)
+    if not total > 0.0:
+        raise InvalidInput("aims: expected one with weight and gain above 0, found none")
+    return np.asarray(weighted / total)
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """Input of an objective: one response in one state."""
+
+    response: Response
+    state: State
+    goal: Goal
+    limits: Limits
+    admissible: Admissible
+    now: float
+    horizon: float
+    period: float  # [s] until the next decision
+    shortest: float  # [s] the least time for which the robot holds a control
+
+    @property
+    def step(self) -> float:
+        """Time [s] after which the control is judged: settled, or one period where the next one may replace it."""
+        return self.period if self.response.restartable else self.response.settled(self.horizon)
+
+
+@runtime_checkable
+class Objective(Protocol):
+    """Quadratic aims for one decision, the cost of a manoeuvre, and the preferred clearance beyond the margin."""
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        """At least one aim with weight and gain above 0."""
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        """Cost [s] of a robot that follows `motion` until the absolute time `until` [s] and moves freely afterwards.
+
+        The response of the `situation` is the first one of the robot, whatever response `motion` belongs to.
+        """
+
+    @property
+    def enough_clearance(self) -> float:
+        """Clearance [m] beyond the margin up to which more clearance outweighs the aims; usually 0."""
+
+
+@dataclass(frozen=True)
+class Arrive:
+    """Arrive at the goal as early as possible.
+
+    To pass through the goal: reach it at the earliest time that an admissible control allows. If no control does, and
+    to stop at the goal: reach the velocity `Goal.desired_velocity`.
+    """
+
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        if s.goal.stop:
+            return (self._velocity_aim(s),)
+        displacement = s.goal.position(s.now) - s.state.position
+        latest = (
+            4.0 * sqrt(displacement.dot(displacement)) / s.limits.max_speed
+            + 4.0 * s.limits.max_speed / s.limits.max_acceleration
+        )
+        times = _geometric_times(max(latest, 2.0 * FIRST_SAMPLE))
+        for _ in range(AIM_ROUNDS):
+            maps = s.response.position(s.state, times)
+            controls = maps.inverse(s.goal.position(s.now + times))
+            reached = s.admissible.holds(controls)
+            k = int(reached.argmax())
+            if not reached[k]:
+                return (self._velocity_aim(s),)
+            # The earliest time lies between the last infeasible time and this one: repeat with smaller steps.
+            earliest, times = times[k], _even_times(times[max(k - 1, 0)], times[k])
+        position_map = s.response.position(s.state, earliest)
+        return (Aim(position_map, s.goal.position(s.now + earliest)),)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        if self._may_arrive(s, until):
+            arrival = self._arrival(motion, s, until)
+            if arrival is not None:
+                return arrival
+        position, velocity = motion.position(until), motion.velocity(until)
+        return float(until - s.now + s.goal.time_to_go(position, velocity, until, s.limits, s.shortest))
+
+    def _arrival(self, motion: Trajectory, s: Situation, until: float) -> float | None:
+        """Time [s] at which a motion passes the goal; 0 if it rests there from now to `until` [s]; None if neither."""
+        times = np.linspace(s.now, until, 2 if s.goal.stop else 9)
+        away = s.goal.position(times) - motion.position(times)
+        if s.goal.stop:
+            moves = np.linalg.norm(s.goal.velocity(times) - motion.velocity(times), axis=-1) > AT_REST
+            return None if np.any(moves | (np.linalg.norm(away, axis=-1) > s.goal.tolerance)) else 0.0
+        for first, last, before, after in zip(times, times[1:], away, away[1:]):
+            step = after - before
+            a, b, c = step @ step, before @ step, before @ before - s.goal.tolerance**2
+            if c <= 0.0:
+                return float(first - s.now)
+            if b < 0.0 and b * b >= a * c and c <= sqrt(b * b - a * c) - b:
+                return float(first - s.now + (last - first) * c / (sqrt(b * b - a * c) - b))
+        return None
+
+    def _may_arrive(self, s: Situation, until: float) -> bool:
+        """Whether the robot can reach the goal before `until` [s] within its limits; True for a moving goal."""
+        if not isinstance(s.goal.trajectory, Stationary):
+            return True
+        displacement = s.goal.position(s.now) - s.state.position
+        speed = s.limits.max_speed + float(np.abs(s.state.velocity).sum())
+        return sqrt(displacement.dot(displacement)) <= s.goal.tolerance + speed * (until - s.now)
+
+    def _velocity_aim(self, s: Situation) -> Aim:
+        """Aim at the desired velocity at the position extrapolated to the time at which the control has settled."""
+        step = s.step
+        ahead = 0.0 if s.goal.stop else step
+        position = s.state.position + ahead * s.state.velocity
+        desired = s.goal.desired_velocity(position, s.state.velocity, s.now + ahead, s.limits, step)
+        return Aim(s.response.velocity(s.state, step), desired)
+
+
+_COARSE, _FINE = np.arange(float(COARSE_SAMPLES)), np.arange(float(FINE_SAMPLES))
+
+
+def _geometric_times(last: float) -> Array:
+    """COARSE_SAMPLES times [s] from FIRST_SAMPLE to `last` in geometric progression, as np.geomspace."""
+    first, end = np.log10(FIRST_SAMPLE), np.log10(last)
+    powers = _COARSE * ((end - first) / (COARSE_SAMPLES - 1.0)) + first
+    powers[-1] = end
+    times: Array = np.power(10.0, powers)
+    times[0], times[-1] = FIRST_SAMPLE, last
+    return times
+
+
+def _even_times(first: float, last: float) -> Array:
+    """FINE_SAMPLES evenly spaced times [s], as np.linspace."""
+    times = _FINE * ((last - first) / (FINE_SAMPLES - 1.0)) + first
+    times[-1] = last
+    return times
+
+
+@dataclass(frozen=True)
+class KeepAcceleration:
+    """Change the acceleration as little as possible: comfort, and few adjustments."""
+
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        return (Aim(s.response.acceleration(s.state, 0.0), s.state.acceleration),)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        change = motion.acceleration(s.now) - s.state.acceleration
+        return float(np.linalg.norm(change)) / s.limits.max_acceleration
+
+
+@dataclass(frozen=True, eq=False)
+class FollowAcceleration:
+    """Begin with the given acceleration (d,) [m/s^2]: a filter for the command of another controller."""
+
+    acceleration: Checked = Checked(vector)
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        wanted = vector(self.acceleration, "acceleration to follow", s.state.dimension)
+        return (Aim(s.response.acceleration(s.state, 0.0), wanted),)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        return float(np.linalg.norm(motion.acceleration(s.now) - self.acceleration)) / s.limits.max_acceleration
+
+
+@dataclass(frozen=True, eq=False)
+class FollowVelocity:
+    """Reach the given velocity (d,) [m/s] when the control has settled."""
+
+    velocity: Checked = Checked(vector)
+    enough_clearance: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        s = situation
+        desired = vector(self.velocity, "velocity to follow", s.state.dimension)
+        return (Aim(s.response.velocity(s.state, max(s.step, IMMEDIATE)), desired),)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        s = situation
+        difference = float(np.linalg.norm(motion.velocity(until) - self.velocity))
+        return float(until - s.now) + difference / s.limits.max_acceleration
+
+
+@dataclass(frozen=True)
+class MostClearance:
+    """Maximise the clearance up to `enough` [m] beyond the margin; then minimise `then`."""
+
+    enough: Positive
+    then: Objective
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        has(self.then, *OBJECTIVE, "then")
+
+    @property
+    def enough_clearance(self) -> float:
+        return self.enough
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        return self.then.aims(situation)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        return self.then.cost(motion, situation, until)
+
+
+@dataclass(frozen=True)
+class Mix:
+    """Weighted sum of objectives: ((weight, objective), ...), weights of 0 or more."""
+
+    parts: tuple[tuple[float, Objective], ...]
+
+    def __post_init__(self) -> None:
+        listing(self.parts, "weights and objectives", "parts")
+        total = 0.0
+        for k, part in enumerate(self.parts):
+            weight, objective = pair(part, "a weight and an objective", f"parts[{k}]")
+            has(objective, *OBJECTIVE, f"parts[{k}]")
+            total += not_negative(weight, f"weight of parts[{k}]")
+        positive(total, "sum of the weights of parts")
+
+    @property
+    def enough_clearance(self) -> float:
+        return max(part.enough_clearance for _, part in self.parts)
+
+    def aims(self, situation: Situation) -> tuple[Aim, ...]:
+        # Each part is normalised to the same curvature in u, so that weights compare accelerations, not times.
+        mixed = []
+        for weight, part in self.parts:
+            aims = part.aims(situation)
+            curvature = sum(aim.weight * float(aim.map.gain) ** 2 for aim in aims)
+            mixed += [aim._replace(weight=aim.weight * weight / curvature) for aim in aims]
+        return tuple(mixed)
+
+    def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
+        weights = sum(weight for weight, _ in self.parts)
+        return sum(weight * part.cost(motion, situation, until) for weight, part in self.parts) / weights
+
+
+FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
+"""Objectives that need no goal."""
+
+
+def parts_of(objective: Objective, weight: float = 1.0) -> list[tuple[float, Objective]]:
+    """The objectives without parts of which an objective is the mean, with their shares of `weight`."""
+    if type(objective) is MostClearance:
+        return parts_of(objective.then, weight)
+    if type(objective) is not Mix:
+        return [(weight, objective)]
+    total = sum(part for part, _ in objective.parts)
+    return [one for part, other in objective.parts if part > 0.0 for one in parts_of(other, weight * part / total)]
+
+
+def is_compiled(objective: Objective) -> bool:
+    """Whether kernels have the objective; if not, they call it."""
+    return all(type(part) in (Arrive, *FOLLOWING) for _, part in parts_of(objective))
+
+
+def needs_goal(objective: Objective) -> bool:
+    """Whether an objective needs a goal: only those that follow something need none."""
+    return any(not isinstance(part, FOLLOWING) for _, part in parts_of(objective))
+
+
+OBJECTIVES: Final = Registry[type[Objective]](
+    "slalom.objectives",
+    Kind(
+        lambda part: isinstance(part, type) and all(hasattr(part, name) for name in ("aims", "cost")),
+        "a class of objectives",
+    ),
+    {
+        "arrive": Arrive,
+        "keep_acceleration": KeepAcceleration,
+        "follow_acceleration": FollowAcceleration,
+        "follow_velocity": FollowVelocity,
+        "most_clearance": MostClearance,
+        "mix": Mix,
+    },
+)
+"""Objectives by the name that files use; packages add to them by entry points of the group slalom.objectives."""

@@ -1,0 +1,367 @@
+"""The tables from which one robot decides: what all its decisions have in common is made once."""
+
+from ctypes import c_void_p, cast
+from dataclasses import replace
+from math import hypot
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from slalom.base.checks import TRACKS, Array, has, vector
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import AIM_LATEST, CONTACT_SLACK, REACH_SHARE
+from slalom.decision.decision import Decision
+from slalom.decision.methods import margin_among
+from slalom.decision.objective import (
+    FollowAcceleration,
+    FollowVelocity,
+    KeepAcceleration,
+    Objective,
+    Situation,
+    is_compiled,
+    parts_of,
+    preferred_control,
+)
+from slalom.decision.tables import (
+    RobotRow,
+    Skeletons,
+    bounds_of,
+    commit_to,
+    observe,
+    response_table,
+    robot_row,
+    robot_table,
+    stop_observed,
+    stopping_deceleration,
+    target_paths,
+)
+from slalom.forecast.forecast import Forecast
+from slalom.forecast.linear import piecewise_polynomial
+from slalom.kernels.decision.tables import (
+    ARRIVE,
+    CALLBACK,
+    FOLLOW_ACCELERATION,
+    FOLLOW_VELOCITY,
+    IN_PYTHON,
+    MIXED,
+    NO_OBJECTIVES,
+    PREFERRED,
+    DecisionSettings,
+    DecisionTables,
+    Objectives,
+    Paths,
+    ResponseTable,
+    RobotTable,
+)
+from slalom.model.goal import Goal
+from slalom.model.path import Path
+from slalom.model.path_goal import PathStep
+from slalom.model.response import Response
+from slalom.model.shape import round_shape
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
+from slalom.obstacle import Obstacle
+from slalom.obstacle.pieces import Reach
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import ObstacleWindow
+
+if TYPE_CHECKING:
+    from slalom.decision.navigator import Navigator
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The input of one decision as the policy takes it.
+
+
+class Request(NamedTuple):
+    """The input of one decision, with the obstacles that decide alike apart, see `Navigator.decide`."""
+
+    robot: "Navigator"  # with the objective of the decision
+    around: tuple[Obstacle | ObstacleTable | Tracks, ...]
+    others: Tracks | None
+    state: State
+    goal: Goal
+    step: PathStep | None
+    now: float
+    previous: Decision | None
+    limit: float  # [s] of work
+
+    @property
+    def target(self) -> Goal:
+        """The goal, or the next target on the path to it."""
+        return self.goal if self.step is None else self.step.goal
+
+
+def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
+    """The other robots as a method predicts them, and those that do no part of the avoidance; None for none.
+
+    Raises:
+        InvalidInput: something else than tracks, or tracks with probabilities or worlds.
+    """
+    if robots is None:
+        return None, None
+    has(robots, *TRACKS, "robots")
+    robots.refuse_probabilities("robots")
+    robots.refuse_worlds("robots")
+    robots = robots.with_forecast(forecast)
+    some, rest = (robots, None) if robots.shares is None else robots.yielding
+    return some if len(some) else None, rest if rest is not None and len(rest) else None
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Answers of an objective that is written in Python to the kernels that decide.
+
+
+class ObjectiveInPython:
+    """The preferred controls and costs of one decision, which the kernels ask for.
+
+    Args:
+        objective: asked. navigator: with the limits that hold for this decision. request: its input.
+        responses: of the robot, in the order of its table. own: its row, with the state from which the kernels ask.
+        pieces: of the paths in its tables.
+    """
+
+    def __init__(
+        self,
+        objective: Objective,
+        navigator: "Navigator",
+        request: Request,
+        responses: tuple[Response, ...],
+        own: RobotRow,
+        pieces: int,
+    ) -> None:
+        self.objective, self.navigator, self.request = objective, navigator, request
+        self.responses, self.own = responses, own
+        self.failure: BaseException | None = None
+        self._callback = CALLBACK(self._answer)
+        self._situations: dict[tuple[int, bytes], Situation] = {}
+        self._preferred = np.zeros(3)
+        self._path = Paths(np.zeros((1, pieces + 1)), np.zeros((1, pieces, 4, 3)))
+
+    def table(self, none: Objectives) -> Objectives:
+        """The table by which kernels ask: `none`, of no objective, with the address and the arrays of this one."""
+        address = cast(self._callback, c_void_p).value or 0
+        return none._replace(address=address, preferred=self._preferred, path=self._path)
+
+    def raise_failure(self) -> None:
+        """Raise what the objective raised when it was asked: a kernel cannot pass it on."""
+        if self.failure is not None:
+            raise self.failure
+
+    def _answer(self, question: int, response: int, until: float, to: float) -> float:
+        if self.failure is None:
+            try:
+                if question == PREFERRED:
+                    control = preferred_control(self.objective.aims(self._situation(response)))
+                    self._preferred[: len(control)] = control
+                    return 0.0
+                until, to = self.request.now + until, self.request.now + max(until, to)
+                motion = piecewise_polynomial(*self._motion(until))
+                return float(self.objective.cost(motion, self._situation(0), to))
+            except BaseException as failure:
+                self.failure = failure
+        return np.inf
+
+    def _situation(self, k: int) -> Situation:
+        """The input of the objective for response k, in the state that the row has now."""
+        own = self.own
+        key = k, own.position.tobytes() + own.velocity.tobytes() + own.acceleration.tobytes()
+        if key not in self._situations:
+            state = State(own.position.copy(), own.velocity.copy(), own.acceleration.copy(), self.request.state.heading)
+            target, now = self.request.target, self.request.now
+            self._situations[key] = self.navigator.situation(self.responses[k], state, target, now)
+        return self._situations[key]
+
+    def _motion(self, until: float) -> tuple[Array, Array]:
+        """Times (n + 1,) [s] and points (n, 4, d) [m] of the path up to `until` [s], then at constant velocity."""
+        times, points = self._path.times[0], self._path.points[0][..., : len(self.own.position)]
+        begin = np.flatnonzero((np.diff(times) > 0.0) & (times[:-1] < until))
+        knots = np.append(times[begin], times[begin[-1] + 1])
+        path = Path(knots, points[begin], np.zeros(len(begin))).cut(np.append(knots[:-1], until))
+        last, duration = path.points[-1], path.times[-1] - path.times[-2]
+        way = (last[3] - last[2]) * (3.0 * self.navigator.horizon / duration)
+        straight = last[3] + way * (np.arange(4.0)[:, None] / 3.0)
+        return np.append(path.times, until + self.navigator.horizon), np.concatenate([path.points, straight[None]])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The tables from which one robot decides: what all its decisions have in common is made once.
+
+
+class OwnTable(NamedTuple):
+    """A table of robots whose row 0 is that of the robot that decides."""
+
+    robots: RobotTable
+    own: RobotRow
+
+
+class PolicyTables:
+    """Parts that all decisions of one robot have in common, from which the tables of each decision are made.
+
+    Args:
+        among: whether there are other robots that decide by the same method.
+
+    Raises:
+        InvalidInput: a response that is not linear in the state.
+    """
+
+    def __init__(self, robot: "Navigator", *, among: bool) -> None:
+        method, limits, d = robot.method, robot.limits, robot.robot.dimension
+        self.robot, self.among, self.dimension = robot, among, d
+        rules = method.among_robots() if among else method
+        self.responses = rules.responses(limits, robot.period, robot.holds)
+        self._table = response_table((self.responses,), robot.horizon, 2.0 * robot.horizon, d, robot.period)
+        self._pieces = int(np.diff(self._table.first).max())
+        self._skeletons = Skeletons([robot.robot, round_shape(0.0, d)] if among else [robot.robot])
+        margin = robot.margin
+        self._margin = margin_among(method, margin, limits.max_acceleration, robot.period) if among else margin
+        # Whole numbers would be of another type, for which the kernels are not compiled.
+        self._settings = DecisionSettings(
+            dimension=d,
+            now=0.0,
+            period=float(robot.period),
+            horizon=float(robot.horizon),
+            regain=np.inf if method.regain is None or not among else float(method.regain),
+            patience=float(robot.patience),
+            share=float(method.share) if among else 1.0,
+            least_share=float(method.share) if among else 1.0,
+            agrees=method.agrees and among,
+            stops_at_obstacles=method.stops_at_obstacles and among,
+            shared=False,
+            detours=np.array(robot.detours, dtype=np.float64),
+            budget=np.inf,
+        )
+        self._clearance = robot.margin + CONTACT_SLACK + float(self._table.each["error"].max())
+        self._spare: dict[tuple[int, int, int], OwnTable] = {}
+        self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
+        self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
+
+    def _filled(self, robots: RobotTable) -> OwnTable:
+        """The table with the shape and the limits of the robot in row 0."""
+        robot, limits = self.robot, self.robot.limits
+        # Nothing is known of the limits of others: they are taken to be as fast as any.
+        robots.each["skeleton"][1:], robots.each["max_speed"][1:] = self._skeletons.kind[-1], np.inf
+        own = robots.each[:1]
+        own["rounding"] = self._skeletons.rounding[0]
+        own["radius"], own["braking"] = robot.robot.bounding_radius, limits.braking
+        own["max_acceleration"] = limits.max_acceleration
+        own["stopping"] = stopping_deceleration(self.responses, limits, robot.horizon, robot.period)
+        return OwnTable(robots, robot_row(robots.each, 0, self.dimension))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_spare": {}}
+
+    def robots(self, others: Tracks | None, path: Path | None, settled: float, now: float) -> OwnTable:
+        """A table of the robot, committed to a `path` that settles at a time [s], and of others; for `decision`.
+
+        Give it back after the decision, see `give_back`.
+        """
+        limits, observed = self.robot.limits, None if others is None else others.paths(now + self.robot.horizon)
+        pieces = self._pieces if path is None else max(self._pieces, len(path.points))
+        n, q = (1, 1) if observed is None else (1 + len(observed[1]), observed[1].shape[1])
+        # A path that is cut where it gets into contact with an obstacle rests there for one piece more.
+        q += self._settings.stops_at_obstacles
+        # What is popped is of no other thread: decisions in several threads never have the same table.
+        table = self._spare.pop((n, pieces, q), None) or self._filled(robot_table(n, pieces, q))
+        robots, own = table
+        if others is not None and observed is not None:
+            observe(robots, others, *observed)
+        if path is None:
+            robots.committed.times[0], robots.committed.points[0] = 0.0, 0.0
+        else:
+            commit_to(robots, 0, path)
+        own.settled[0], own.resting[0], own.max_speed[0], own.final[0] = settled, False, limits.max_speed, True
+        return table
+
+    def give_back(self, table: OwnTable) -> None:
+        """Keep a table of robots for the next decision: a new one takes 0.13 of a short decision."""
+        (n, pieces), q = table.robots.committed.points.shape[:2], table.robots.observed.points.shape[1]
+        self._spare = {(n, pieces, q): table}
+
+    def reach(self, state: State, others: Tracks | None = None, enough: float = 0.0) -> Reach:
+        """Where bodies count for a robot in this state: also those at which others stop that it may meet.
+
+        enough: [m] clearance beyond the margin.
+        """
+        fastest, clearance = max(self.robot.limits.max_speed, hypot(*state.velocity)), self._clearance + enough
+        if others is not None and self._settings.stops_at_obstacles:
+            clearance += self._margin + self.robot.robot.bounding_radius + 2.0 * float(others.radii.max())
+        return Reach(state.position, REACH_SHARE * fastest * self.robot.horizon, clearance)
+
+    def decision(
+        self, table: OwnTable, obstacles: ObstacleWindow, request: Request
+    ) -> tuple[DecisionTables, ObjectiveInPython | None]:
+        """The tables of a decision, with the robot in row 0 of a table of robots; its objective if it is in Python.
+
+        Raises:
+            InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
+        """
+        limits, objective = self.robot.limits, request.robot.objective
+        others, state, goal, now = request.others, request.state, request.target, request.now
+        (robots, own), target = table, goal.position(now)
+        own.position[:], own.velocity[:], own.acceleration[:] = state.position, state.velocity, state.acceleration
+        number, wanted, objectives = _numbers(objective, self._table, state)
+        own.objective[0], own.wanted[:], in_python = number, wanted, None
+        if number == IN_PYTHON:
+            in_python = self._objective_in_python(table, request)
+            objectives = in_python.table(objectives)
+        enough = float(objective.enough_clearance)
+        own.enough[0], own.margin[0], own.margin_among[0] = enough, self.robot.margin + enough, self._margin + enough
+        arrives = number == ARRIVE or bool((objectives.kind == ARRIVE).any())
+        own.target[:], own.tolerance[0], own.stop[0] = target, goal.tolerance, goal.stop and arrives
+        targets, own.moving[0] = self._at_rest, False
+        if not isinstance(goal.trajectory, Stationary):
+            distance = float(np.linalg.norm(target - state.position))
+            latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
+            targets, own.moving[:] = target_paths([goal], now, now + self.robot.horizon + latest)
+        # Only costs of arrival count detours.
+        detours, around = bool(self.robot.detours) and arrives, self.reach(state, others, enough)
+        bodies = self._skeletons.grown_bodies(0, obstacles, detours=detours, around=around)
+        bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
+        settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))
+        if others is not None and others.shares is not None and settings.share < 1.0:
+            # The robot does the rest, see `reciprocity.share_of`.
+            rest = (1.0 - others.shares) / others.shares
+            robots.each["priority"][1:] = rest * (1.0 - settings.share) / settings.share
+            settings = settings._replace(least_share=min(settings.least_share, 0.5))
+        if others is not None and settings.stops_at_obstacles:
+            kind = int(self._skeletons.kind[-1])
+            met = bodies if kind == 0 else self._skeletons.grown_bodies(kind, obstacles, detours=False, around=around)
+            stop_observed(kind, robots, met, settings)
+        return DecisionTables(robots, bodies, self._table, bounds, targets, settings, objectives), in_python
+
+    def _objective_in_python(self, table: OwnTable, request: Request) -> ObjectiveInPython:
+        navigator, (robots, own) = self.robot, table
+        if request.step is not None:
+            navigator = replace(navigator, limits=replace(navigator.limits, max_speed=request.step.max_speed))
+        pieces = robots.committed.points.shape[1]
+        return ObjectiveInPython(request.robot.objective, navigator, request, self.responses, own, pieces)
+
+
+def _numbers(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array, Objectives]:
+    """The number of the objective, the velocity or acceleration (d,) to follow, and its parts if it is mixed."""
+    if not is_compiled(objective):
+        return IN_PYTHON, np.zeros(state.dimension), NO_OBJECTIVES
+    numbers = [(weight, *_wanted(part, table, state)) for weight, part in parts_of(objective)]
+    if len(numbers) == 1:
+        return *numbers[0][1:], NO_OBJECTIVES
+    wanted = np.zeros((len(numbers), 3))
+    wanted[:, : state.dimension] = [one for *_, one in numbers]
+    kinds, weights = np.array([kind for _, kind, _ in numbers]), np.array([weight for weight, *_ in numbers])
+    return MIXED, np.zeros(state.dimension), NO_OBJECTIVES._replace(kind=kinds, weight=weights, wanted=wanted)
+
+
+def _wanted(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array]:
+    """The number of an objective without parts, and the velocity or acceleration (d,) to follow."""
+    if isinstance(objective, FollowVelocity):
+        return FOLLOW_VELOCITY, vector(objective.velocity, "velocity to follow", state.dimension)
+    if isinstance(objective, (FollowAcceleration, KeepAcceleration)):
+        if not table.each["initial_acceleration"][:, 2].all():
+            raise InvalidInput(
+                f"objective: expected one for responses that set no acceleration at once, found {objective!r}"
+            )
+        if isinstance(objective, KeepAcceleration):
+            return FOLLOW_ACCELERATION, state.acceleration
+        return FOLLOW_ACCELERATION, vector(objective.acceleration, "acceleration to follow", state.dimension)
+    return ARRIVE, np.zeros(state.dimension)

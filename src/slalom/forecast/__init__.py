@@ -1,0 +1,1 @@
+"""Forecasts: predictions of obstacles from their state, and from models of their motion."""

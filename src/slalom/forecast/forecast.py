@@ -1,0 +1,284 @@
+"""Forecasts: rules that predict an obstacle's trajectory from the present information about it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Final, Protocol, runtime_checkable
+
+import numpy as np
+
+from slalom.base.checks import FORECAST, NotNegative, Positive, check_fields, has
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import AT_REST, LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
+from slalom.forecast.from_models import FromModels as FromModels
+from slalom.model.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
+from slalom.model.uncertainty import BoundedError
+from slalom.obstacle import Headings, Obstacle
+
+
+@runtime_checkable
+class Forecast(Protocol):
+    """Rule from an obstacle's true trajectory and the time of observation to the predicted trajectory.
+
+    Law: a rule uses the true trajectory at `now` only. Exceptions: `Known` and `Present` use all of it, `FromPast` and
+    `FromModels` use its past, `FromModels` that of others too.
+    """
+
+    @property
+    def includes_future(self) -> bool:
+        """Whether obstacles that appear later are known. If not, the rule applies to present obstacles only."""
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        """Predicted trajectory from `now` [s] on. Raises OutsideSpan if the obstacle does not exist at `now`."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """The true trajectory: published plans, lanes, recordings. The assumption of NLVO and NAO."""
+
+    includes_future: ClassVar[bool] = True
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return trajectory
+
+
+@dataclass(frozen=True)
+class Present:
+    """The true trajectory of obstacles that exist now; obstacles that appear later are unknown."""
+
+    includes_future: ClassVar[bool] = False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return trajectory
+
+
+@dataclass(frozen=True)
+class AtConstantVelocity:
+    """The present velocity without end. The assumption of VO and AVO."""
+
+    includes_future: ClassVar[bool] = False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return ConstantVelocity(trajectory.position(now), trajectory.velocity(now), now)
+
+
+@dataclass(frozen=True)
+class AtConstantAcceleration:
+    """The present velocity, and the present acceleration without end. The assumption of AO."""
+
+    includes_future: ClassVar[bool] = False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return ConstantAcceleration(
+            trajectory.position(now), trajectory.velocity(now), trajectory.acceleration(now), now
+        )
+
+
+@dataclass(frozen=True)
+class AcceleratingBriefly:
+    """The present acceleration for `seconds`, then constant velocity: for robots that decide often.
+
+    The present acceleration indicates the next velocity of a robot, but nothing beyond. Extrapolated without end, a
+    braking robot would reverse.
+    """
+
+    includes_future: ClassVar[bool] = False
+    seconds: Positive = 0.3
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        position, velocity = trajectory.position(now), trajectory.velocity(now)
+        acceleration, s = trajectory.acceleration(now), self.seconds
+        zero = np.zeros_like(acceleration)
+        rows = [
+            [position, velocity, 0.5 * acceleration],
+            [position + s * velocity + 0.5 * s * s * acceleration, velocity + s * acceleration, zero],
+        ]
+        return PiecewisePolynomial(np.array([s, LONGEST_FORECAST]), np.array(rows), now)
+
+
+@dataclass(frozen=True)
+class AtConstantTurn:
+    """The present speed and turn rate without end: vehicles on bends and in roundabouts.
+
+    The turn rate follows from the acceleration across the velocity; the acceleration along it is ignored. An obstacle
+    at rest, or with a turn rate below STRAIGHT_TURN_RATE, moves straight on.
+    """
+
+    includes_future: ClassVar[bool] = False
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        position, velocity, acceleration = (
+            trajectory.position(now),
+            trajectory.velocity(now),
+            trajectory.acceleration(now),
+        )
+        speed_squared = float(velocity @ velocity)
+        across = (
+            acceleration - velocity * float(acceleration @ velocity) / speed_squared
+            if speed_squared > 0.0
+            else 0.0 * velocity
+        )
+        speed, lateral = float(np.sqrt(speed_squared)), float(np.linalg.norm(across))
+        if lateral <= STRAIGHT_TURN_RATE * speed:
+            return ConstantVelocity(position, velocity, now)
+        radius = speed_squared / lateral
+        center = position + across / lateral * radius
+        normal = None
+        if position.size == 2:
+            sense = float(np.sign(velocity[0] * across[1] - velocity[1] * across[0]))
+        else:
+            normal, sense = np.cross(velocity, across), 1.0
+        start = Circular(center, radius, sense * speed, 0.0, normal)
+        x, y = start.basis @ (position - center)
+        return replace(start, phase=float(np.arctan2(y, x)) - start.rate * now)
+
+
+@dataclass(frozen=True)
+class FromPast:
+    """`rule` applied to the velocity and acceleration estimated from the positions of the last `seconds`.
+
+    The estimate is the least-squares parabola through the present position, fitted to PAST_POSITIONS earlier ones. An
+    obstacle that has just appeared has its true velocity, as a sensor of velocities measures it, and no acceleration.
+    The velocity of a linear recording leads to the next sample: only then does the rule use what comes later. It uses
+    little of the noise of single samples.
+
+    An obstacle without an uncertainty of its own gets a bounded error that grows with time by `growth` times its speed.
+    """
+
+    includes_future: ClassVar[bool] = False
+    rule: Forecast
+    seconds: Positive = 0.5
+    growth: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        has(self.rule, *FORECAST, "rule")
+        check_fields(self)
+        if self.rule.includes_future or isinstance(self.rule, Present):
+            raise InvalidInput(f"rule: expected a forecast from the observed state, found {self.rule}")
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        position, first = trajectory.position(now), trajectory.span[0]
+        duration = min(self.seconds, now - first)
+        if duration < 0.2 * self.seconds:
+            return self.rule(ConstantAcceleration(position, trajectory.velocity(now), 0.0 * position, now), now)
+        times = -duration * np.arange(1, PAST_POSITIONS + 1) / PAST_POSITIONS
+        displacements = trajectory.position(np.maximum(now + times, first)) - position
+        if np.abs(displacements).max() <= REST * duration:
+            # At rest: the remaining displacement is rounding and has no meaningful direction.
+            return self.rule(ConstantAcceleration(position, 0.0 * position, 0.0 * position, now), now)
+        velocity, acceleration = np.linalg.lstsq(np.stack([times, 0.5 * times**2], axis=1), displacements, rcond=None)[
+            0
+        ]
+        return self.rule(ConstantAcceleration(position, velocity, acceleration, now), now)
+
+
+OBSERVING: Final = (FromPast, FromModels)
+"""Forecasts that need past positions."""
+
+EXACT: Final = (Known, Present)
+"""Forecasts that return the true trajectory, at every time the same object."""
+
+FORECASTS: Final[dict[str, Forecast]] = {
+    "known": Known(),
+    "present": Present(),
+    "accelerating_briefly": AcceleratingBriefly(),
+    "constant_velocity": AtConstantVelocity(),
+    "constant_acceleration": AtConstantAcceleration(),
+    "constant_turn": AtConstantTurn(),
+}
+"""Forecasts by name."""
+
+
+FORESIGHTS: Final[dict[str, Forecast]] = {
+    "recorded": Known(),
+    "present": Present(),
+    "observed": FromModels(),
+    "observed_velocity": FromPast(AtConstantVelocity(), growth=0.2),
+    "observed_turn": FromPast(AtConstantTurn(), growth=0.1),
+}
+"""Levels of foresight by name.
+
+recorded: all trajectories, including obstacles that appear later. present: the trajectories of present obstacles.
+observed: predictions from past positions with several motion models. observed_velocity, observed_turn: with a constant
+velocity or a constant turn; their growth rates were tuned on separate tasks (docs/design/0010).
+"""
+
+
+def foresight_of(forecast: Forecast) -> str:
+    """Level of foresight of a forecast: recorded, present, or observed."""
+    return "recorded" if forecast.includes_future else "present" if isinstance(forecast, Present) else "observed"
+
+
+def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 0.0) -> Obstacle:
+    """The obstacle on its predicted trajectory from `now` [s] on; the same object if the forecast changes nothing.
+
+    `rise` [s] is the time of the robot from rest to its maximum speed, for forecasts that bound their error.
+    An obstacle that is predicted to stay at rest keeps its last heading. After the end of its trajectory see
+    `Obstacle.after_end`.
+
+    Raises:
+        OutsideSpan: the obstacle does not exist at `now`.
+        InvalidInput: its trajectory ended before, and what follows is unknown.
+    """
+    obstacle = obstacle.known_at(now)
+    if isinstance(forecast, FromModels):
+        trajectory, error = forecast.with_error(obstacle.trajectory, now, rise)
+        return _moving(_uncertain(obstacle, error), trajectory, now)
+    trajectory = forecast(obstacle.trajectory, now)
+    if trajectory is obstacle.trajectory:
+        return obstacle
+    if isinstance(forecast, FromPast) and forecast.growth and obstacle.uncertainty is None:
+        speed = float(np.linalg.norm(trajectory.velocity(now)))
+        obstacle = replace(obstacle, uncertainty=BoundedError(velocity=forecast.growth * speed))
+    return _moving(obstacle, trajectory, now)
+
+
+def futures(
+    obstacles: Sequence[Obstacle], forecast: Forecast, now: float, there: Sequence[int], rise: float = 0.0
+) -> list[list[Obstacle]]:
+    """Obstacles `there`, by number, on each of their predicted trajectories; as `predicted` if there is one.
+
+    With the probabilities of these. `FromModels` uses the past of all obstacles, also of those that have left.
+    """
+    if not isinstance(forecast, FromModels):
+        return [[predicted(obstacles[k], forecast, now, rise)] for k in there]
+    known = [obstacles[k].known_at(now) for k in there]
+    found: list[list[Obstacle]] = []
+    seen = [obstacle.continued.trajectory for obstacle in obstacles]
+    several = forecast.predictions([one.trajectory for one in known], now, rise, seen)
+    for one, number, (each, error) in zip(known, there, several, strict=True):
+        unsure = _uncertain(one, error)
+        if len(each) == 1:
+            found.append([_moving(unsure, each[0][1], now)])
+            continue
+        one_of_several = unsure.probability < 1.0
+        owner = unsure.owner or unsure.name if one_of_several else f"{unsure.name} (obstacle {number})"
+        found.append(
+            [
+                replace(_moving(unsure, trajectory, now), probability=unsure.probability * p, owner=owner)
+                for p, trajectory in each
+            ]
+        )
+    return found
+
+
+_NONE = BoundedError()
+
+
+def _uncertain(obstacle: Obstacle, error: BoundedError) -> Obstacle:
+    """The obstacle with this error of its prediction, unless it has an uncertainty of its own."""
+    return replace(obstacle, uncertainty=error) if obstacle.uncertainty is None and error != _NONE else obstacle
+
+
+def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float) -> Obstacle:
+    """The obstacle on a predicted trajectory."""
+    if isinstance(obstacle.heading, Headings):
+        return replace(obstacle, trajectory=trajectory, heading=float(obstacle.heading.angle(now)))
+    if obstacle.turns:
+        rests = np.linalg.norm(trajectory.velocity(now)) <= AT_REST
+        if rests and not np.any(trajectory.acceleration(now)):
+            x, y = obstacle.direction(now)
+            return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))
+    return replace(obstacle, trajectory=trajectory)

@@ -1,0 +1,578 @@
+"""Forecasts of tracks from several motion models, and the radius of their errors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from math import isnan
+from statistics import median
+from typing import ClassVar, Final, NamedTuple
+from weakref import ref
+
+import numpy as np
+
+from slalom import kernels
+from slalom.base.checks import Array, NotNegative, check_fields, whole
+from slalom.base.tolerances import (
+    FEWEST_PAST,
+    LEAST_FUTURE,
+    LONGEST_FORECAST,
+    MODEL_CHECKS,
+    MODEL_KNOTS,
+    MODEL_LEAD,
+    MODEL_PRIOR,
+    MODEL_SHARPNESS,
+    NEWEST_SAMPLES,
+    PAST_SPACING,
+    REST,
+    SIMILAR_BLOCK,
+    SIMILAR_MEMORY,
+    SIMILAR_VELOCITY_SPAN,
+    SPACINGS,
+    WHOLE_COUNT,
+)
+from slalom.kernels.arrays import Indices, TrackSamples
+from slalom.model.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Stationary, Trajectory
+from slalom.model.uncertainty import BoundedError
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Motion models fitted to the past positions of one track, weighted by how well each predicted the track so far.
+#
+# Time counts in spacings between the positions, so the result follows the sampling of the track. A model is a velocity
+# fitted to some positions, with an acceleration that lasts a while or a turn rate that lasts. The fits are
+# least-squares lines and parabolas through the newest position, which are linear in the positions: one table for each
+# number of them.
+
+
+class _Model(NamedTuple):
+    """Rule that continues a track."""
+
+    samples: int  # to which it is fitted, before the newest
+    hold: float = 0.0  # [spacings] that the fitted acceleration lasts
+    turns: bool = False  # whether the speed and the turn rate last instead
+
+
+_BANK: Final = (
+    *(_Model(samples) for samples in (3, 1, 10)),
+    *(_Model(5, hold) for hold in (2.5, 5.0, 10.0)),
+    *(_Model(samples, turns=True) for samples in (5, 15)),
+)
+_PRIORS = np.array([MODEL_PRIOR[0]] + [MODEL_PRIOR[1]] * 2 + [MODEL_PRIOR[2]] * 5)
+_TURNS = np.array([model.turns for model in _BANK])
+_HOLDS = np.array([model.hold for model in _BANK])
+_ORDERS = tuple(2 if model.turns or model.hold else 1 for model in _BANK)
+
+LONGEST_PAST: Final = MODEL_CHECKS[-1] + MODEL_LEAD + max(model.samples for model in _BANK)
+"""Spacings of the past that count."""
+
+
+class Continuation(NamedTuple):
+    """Predicted displacements from the newest position, and velocities, at MODEL_KNOTS spacings."""
+
+    displacements: Array  # (k, d) [m]
+    velocities: Array  # (k, d) [m per spacing]
+    error: float  # [m] mean error of the best model over MODEL_LEAD spacings
+    probability: float = 1.0  # the sum of the weights of its models
+
+
+class FurtherModel(NamedTuple):
+    """Predictions of n tracks by a model that is not fitted to each track alone."""
+
+    error: Array  # (n,) [m] see `_past_errors`
+    moved: Array  # (n, 1, k, d) [m] at MODEL_KNOTS
+    velocities: Array  # (n, 1, k, d) [m per spacing]
+    variance: Array  # (n, k) [m^2] of the motions that it repeats
+    weight: Array  # (n, k) [1] of these motions: 0 where there is none, near 1 where there are many
+
+
+class _Fits(NamedTuple):
+    """Velocity and acceleration of every model from k + 1 positions, as shares of the positions."""
+
+    now: Array  # (m, 2, k + 1)
+    then: Array  # (m, c, 2, k + 1) as fitted MODEL_LEAD spacings before each check
+    checks: Indices  # (c,) spacings ago
+
+
+def continued(positions: Array, most: int, later: Array, more: FurtherModel | None = None) -> list[list[Continuation]]:
+    """Up to `most` continuations of n tracks, each the mean of a group of models, weighted by their past errors.
+
+    Args:
+        positions: (n, k + 1, d) [m] at equal spacings, the newest first, k of at least 1.
+        later: (n,) [spacings] of at least MODEL_LEAD, at which models are compared to group them.
+        more: a further model.
+    """
+    fits = _fits(positions.shape[1] - 1)
+    errors = _past_errors(positions, fits)
+    fitted = fits.now @ positions[:, None]
+    moved, velocities = _moved(fitted[:, :, :1], fitted[:, :, 1:], np.array(MODEL_KNOTS))
+    if more is not None:
+        errors = np.concatenate([errors, more.error[:, None]], axis=1)
+        moved, velocities = np.concatenate([moved, more.moved], 1), np.concatenate([velocities, more.velocities], 1)
+    leasts = errors.min(axis=1)
+    # Relative to the least: powers of small distances would underflow.
+    tiny = np.finfo(float).tiny
+    weights = (np.maximum(errors, tiny) / np.maximum(leasts, tiny)[:, None]) ** -MODEL_SHARPNESS
+    weights /= weights.sum(axis=1, keepdims=True)
+    if more is not None:
+        # The past of a track shows no bend ahead. The motions of others at this place do, where they agree.
+        apart = ((np.einsum("nm,nmkd->nkd", weights, moved) - more.moved[:, 0]) ** 2).sum(axis=2)
+        # At 0 nothing has moved; an infinite error makes it not a number.
+        unsure = more.variance + (more.error[:, None] / MODEL_LEAD * np.maximum(MODEL_KNOTS, 1)) ** 2
+        part = (more.weight * apart / np.maximum(apart + unsure, tiny))[:, None, :, None]
+        moved, velocities = moved + part * (more.moved - moved), velocities + part * (more.velocities - velocities)
+    found = []
+    for k, least in enumerate(leasts.tolist()):
+        groups: list[list[int]] = []
+        if most > 1:
+            places = _moved(fitted[k][:, :1], fitted[k][:, 1:], later[k : k + 1])[0][:, 0]
+            if more is not None:
+                place = [np.interp(later[k], MODEL_KNOTS, axis) for axis in more.moved[k, 0].T]
+                places = np.concatenate([places, [place]])
+            groups = _grouped(places, weights[k], most, least * (later[k] / MODEL_LEAD) ** 2)
+        found.append(_means(weights[k], moved[k], velocities[k], least, groups))
+    return found
+
+
+def _means(
+    weights: Array, moved: Array, velocities: Array, least: float, groups: list[list[int]]
+) -> list[Continuation]:
+    """The mean of the models (m,) in each group; of all if there is at most one group."""
+    if len(groups) <= 1:
+        return [Continuation(_mean(weights, moved), _mean(weights, velocities), least)]
+    sums = [float(weights[group].sum()) for group in groups]
+    shares = [weights[group] / total for group, total in zip(groups, sums)]
+    # All of them, with rounding, are 1 together.
+    return [
+        Continuation(_mean(share, moved[group]), _mean(share, velocities[group]), least, p)
+        for group, share, p in zip(groups, shares, [1.0 - sum(sums[1:]), *sums[1:]])
+    ]
+
+
+def _mean(weights: Array, values: Array) -> Array:
+    """The mean (k, d) of values (m, k, d) with weights (m,) of sum 1; `numpy.tensordot` takes four times as long."""
+    return np.asarray((weights @ values.reshape(len(weights), -1)).reshape(values.shape[1:]))
+
+
+def _grouped(places: Array, weights: Array, most: int, apart: float) -> list[list[int]]:
+    """Up to `most` groups of models, the one of most weight first: apart by more than `apart` [m], none too light."""
+    groups = [[k] for k in range(len(weights))]
+    while len(groups) > 1:
+        sums = np.array([weights[group].sum() for group in groups])
+        means = np.array([weights[group] @ places[group] / total for group, total in zip(groups, sums)])
+        first, second = np.triu_indices(len(groups), 1)
+        far = np.linalg.norm(means[first] - means[second], axis=1)
+        if len(groups) <= most and far.min() > apart and sums.min() >= LEAST_FUTURE:
+            break
+        joined = sums[first] * sums[second] / (sums[first] + sums[second]) * far**2
+        k = int(np.argmin(joined))
+        groups[first[k]] += groups.pop(second[k])
+    return sorted(groups, key=lambda group: -float(weights[group].sum()))
+
+
+def _past_errors(positions: Array, fits: _Fits) -> Array:
+    """Mean error (n, m) [m] over MODEL_LEAD spacings at the checks, with a prior that counts as one check."""
+    k = min(positions.shape[1] - 1, 5)
+    speeds = np.array([float(np.linalg.norm(track[0] - track[k])) / k for track in positions])
+    prior = _PRIORS * speeds[:, None] * MODEL_LEAD
+    if not len(fits.checks):
+        return np.asarray(prior)
+    fitted = fits.then @ positions[:, None, None]
+    moved, _ = _moved(fitted[..., 0, :], fitted[..., 1, :], np.array([MODEL_LEAD]))
+    then, since = positions[:, None, fits.checks + MODEL_LEAD], positions[:, None, fits.checks]
+    errors = np.linalg.norm(then + moved - since, axis=-1)
+    return np.asarray((errors.sum(axis=-1) + prior) / (len(fits.checks) + 1))
+
+
+def _moved(velocity: Array, acceleration: Array, times: Array) -> tuple[Array, Array]:
+    """Displacements and velocities (..., m, k, d) of each model.
+
+    Args:
+        velocity, acceleration: (..., m, k or 1, d) per spacing. times: (k or 1,) [spacings].
+    """
+    t, turns = times[None, :, None].astype(np.float64), np.flatnonzero(_TURNS)
+    held = np.minimum(_HOLDS[:, None, None], t)
+    moved = t * velocity + acceleration * (held * (t - 0.5 * held))
+    final = velocity + acceleration * held
+    v, a = velocity[..., turns, :, :], acceleration[..., turns, :, :]
+    speed = np.linalg.norm(v, axis=-1, keepdims=True)
+    along = v / np.maximum(speed, np.finfo(float).tiny)
+    across = a - along * (a * along).sum(axis=-1, keepdims=True)
+    lateral = np.linalg.norm(across, axis=-1, keepdims=True)
+    across = across / np.maximum(lateral, np.finfo(float).tiny)
+    angle = np.minimum(lateral / np.maximum(speed, np.finfo(float).tiny), np.pi) * t
+    # sin x / x and (1 - cos x) / x, without loss of digits near 0.
+    moved[..., turns, :, :] = speed * t * (_sinc(angle) * along + np.sin(0.5 * angle) * _sinc(0.5 * angle) * across)
+    final[..., turns, :, :] = speed * (np.cos(angle) * along + np.sin(angle) * across)
+    return moved, final
+
+
+def _sinc(x: Array) -> Array:
+    return np.asarray(np.sinc(x / np.pi))
+
+
+@lru_cache(maxsize=LONGEST_PAST + 1)
+def _fits(k: int) -> _Fits:
+    """The fits to k + 1 positions. A check needs at least one position before its prediction."""
+    checks = np.array([ago for ago in MODEL_CHECKS if ago + MODEL_LEAD < k], dtype=np.int64)
+    rows = [(model.samples, order) for model, order in zip(_BANK, _ORDERS, strict=True)]
+    now = np.stack([_fit(k, 0, *row) for row in rows])
+    then = np.array([[_fit(k, int(ago) + MODEL_LEAD, *row) for ago in checks] for row in rows])
+    return _Fits(now, then, checks)
+
+
+def _fit(k: int, newest: int, samples: int, order: int) -> Array:
+    """Velocity and acceleration (2, k + 1) from up to `samples` positions before the one `newest` spacings ago."""
+    rows = np.zeros((2, k + 1))
+    samples = min(samples, k - newest)
+    order = min(order, samples)
+    t = -np.arange(1.0, samples + 1.0)
+    weights = np.linalg.pinv(np.stack([t, 0.5 * t * t][:order], axis=1))
+    rows[:order, newest + 1 : newest + samples + 1] = weights
+    rows[:order, newest] = -weights.sum(axis=1)
+    return rows
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What tracks that were similar before did next: a model of the motion at a place, learned from the observed past.
+#
+# People follow each other around a corner, and cars follow the lanes of a roundabout. Positions of all tracks, at
+# multiples of one spacing, are searched for motions that began near the present one with nearly its velocity.
+
+
+Trajectories = tuple[Trajectory, ...]
+
+
+class SimilarMotions:
+    """The motions of `tracks` up to a time, sampled at multiples of `spacing` [s].
+
+    Nothing that comes later has an effect, and the same time always gives the same result.
+
+    Attributes:
+        tracks: at least one, all of one dimension. count: largest number of similar motions that count.
+        step: number of the last sample.
+    """
+
+    def __init__(self, tracks: Sequence[Trajectory], spacing: float, now: float, count: int) -> None:
+        self.tracks: Trajectories = tuple(tracks)
+        self.spacing, self.count = spacing, count
+        self.step = int(np.floor(now / spacing))
+        self.step -= self.step * spacing > now
+
+    def displacements(self, places: Array, velocities: Array, times: Indices) -> Array:
+        """Displacements (n, k, d + 2) from `places` (n, d) [m] after `times` (k,), see `similar_displacements`.
+
+        velocities: (n, d) [m per spacing]. times: [spacings] whole, from 0 on.
+        """
+        samples = _sampled(self.tracks, self.spacing, self.step).until(self.step)
+        return kernels.similar_displacements(places, velocities, times, samples, self.count)
+
+    def past_errors(self, tracks: Sequence[Trajectory], lead: int, checks: Sequence[int]) -> list[list[float]]:
+        """Errors [m] of predictions over `lead` spacings of each track, that were due `checks` [spacings] ago.
+
+        The predictions are those of that time. A track that did not exist then has fewer errors.
+        """
+        numbers = {id(track): k for k, track in enumerate(self.tracks)}
+        some = [numbers[id(track)] for track in tracks if id(track) in numbers]
+        sampled = _sampled(self.tracks, self.spacing, self.step)
+        places, errors = sampled.positions[np.searchsorted(sampled.rows, some)], []
+        for ago in checks:
+            moment = _Moment(self.tracks, self.spacing, self.step - ago - lead, ref(sampled))
+            expected = _expected(moment, lead, self.count)
+            errors.append(np.linalg.norm(expected[some] - places[:, -1 - ago], axis=1))
+        each = dict(zip(some, np.array(errors).T.tolist()))
+        return [[e for e in each.get(numbers.get(id(track), -1), []) if not isnan(e)] for track in tracks]
+
+
+def rounded(spacing: float) -> float:
+    """A spacing [s] with three digits: that of a sensor varies, and other multiples need other samples."""
+    return round(spacing, 2 - int(np.floor(np.log10(spacing))))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """Samples of tracks up to a step, of more steps than are searched: they serve earlier steps too."""
+
+    rows: Indices  # (r,) the tracks that exist then
+    positions: Array  # (r, k, d) [m] nan where a track does not exist
+    first: Indices  # (r,) the first column of each
+    last: Indices  # (r,) its last column
+    longest: Array  # (r,) [m] the longest way of each in one spacing
+    step: int  # of the last column
+
+    def until(self, step: int) -> TrackSamples:
+        """The samples of the last SIMILAR_MEMORY steps up to `step`."""
+        column = self.positions.shape[1] - 1 - (self.step - step)
+        first, last = np.maximum(self.first, column - SIMILAR_MEMORY), np.minimum(self.last, column)
+        return TrackSamples(self.positions, first, last, self.longest)
+
+
+@dataclass(frozen=True)
+class _Moment:
+    """A step of tracks. What is known at it does not depend on how much later the samples end.
+
+    Moments are keys of a cache, which would keep the samples without a weak reference.
+    """
+
+    tracks: Trajectories
+    spacing: float
+    step: int
+    sampled: "ref[_Sampled]" = field(compare=False)
+
+
+@lru_cache(maxsize=64)
+def _expected(at: _Moment, lead: int, count: int) -> Array:
+    """Positions (n, d) [m] that were expected at a step for `lead` spacings later; nan for tracks that were not."""
+    sampled, span = at.sampled(), SIMILAR_VELOCITY_SPAN
+    assert sampled is not None
+    samples, newest = sampled.until(at.step), sampled.positions.shape[1] - 1 - (sampled.step - at.step)
+    there = np.flatnonzero((samples.last == newest) & (samples.first <= newest - span))
+    places, before = samples.positions[there, newest], samples.positions[there, newest - span]
+    moved = kernels.similar_displacements(places, (places - before) / span, np.array([lead]), samples, count)
+    found = np.full((len(at.tracks), at.tracks[0].dimension), np.nan)
+    found[sampled.rows[there]] = places + moved[:, 0, :-2]
+    return found
+
+
+class _Block(NamedTuple):
+    """Positions at consecutive steps."""
+
+    rows: Indices  # (r,) the tracks that exist then
+    positions: Array  # (r, k, d) [m] nan where a track does not exist
+
+
+@lru_cache(maxsize=4)
+def _sampled(tracks: Trajectories, spacing: float, step: int) -> _Sampled:
+    """The samples up to `step`, of whole blocks before it."""
+    numbers = range((step - SIMILAR_MEMORY) // SIMILAR_BLOCK - 1, (step + 1) // SIMILAR_BLOCK)
+    blocks = [_whole_block(tracks, spacing, number) for number in numbers]
+    blocks.append(_block(tracks, spacing, numbers.stop * SIMILAR_BLOCK, step + 1))
+    rows, column = np.unique(np.concatenate([block.rows for block in blocks])), 0
+    columns = sum(block.positions.shape[1] for block in blocks)
+    positions = np.full((len(rows), columns, tracks[0].dimension), np.nan)
+    for block in blocks:
+        end = column + block.positions.shape[1]
+        positions[np.searchsorted(rows, block.rows), column:end] = block.positions
+        column = end
+    there = ~np.isnan(positions[..., 0])
+    first, last = there.argmax(axis=1), columns - 1 - there[:, ::-1].argmax(axis=1)
+    ways = np.nan_to_num(np.linalg.norm(np.diff(positions, axis=1), axis=2))
+    return _Sampled(rows, positions, first, last, ways.max(axis=1), step)
+
+
+@lru_cache(maxsize=64)
+def _whole_block(tracks: Trajectories, spacing: float, number: int) -> _Block:
+    return _block(tracks, spacing, number * SIMILAR_BLOCK, (number + 1) * SIMILAR_BLOCK)
+
+
+def _block(tracks: Trajectories, spacing: float, begin: int, end: int) -> _Block:
+    """The tracks at the steps from `begin` to `end`."""
+    times, spans = spacing * np.arange(begin, end), _spans(tracks)
+    firsts, lasts = np.searchsorted(times, spans[:, 0]), np.searchsorted(times, spans[:, 1], side="right")
+    rows = np.flatnonzero(firsts < lasts)
+    positions = np.full((len(rows), len(times), tracks[0].dimension), np.nan)
+    for row, k in enumerate(rows.tolist()):
+        positions[row, firsts[k] : lasts[k]] = tracks[k].position(times[firsts[k] : lasts[k]])
+    return _Block(rows, positions)
+
+
+@lru_cache(maxsize=8)
+def _spans(tracks: Trajectories) -> Array:
+    """First and last time (n, 2) [s] of each track."""
+    return np.array([track.span for track in tracks])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Forecasts of tracks from several motion models, and the radius of their errors.
+
+
+@dataclass(frozen=True)
+class FromModels:
+    """The mean of several motion models, weighted by how well each predicted this obstacle so far.
+
+    The models are constant velocities, accelerations that last a while, and constant turns, fitted to several numbers
+    of past positions. Each is tried on the past: it predicts MODEL_LEAD spacings ahead of several earlier moments. Its
+    weight is its mean error to the power of -MODEL_SHARPNESS. All times are multiples of the spacing of the track. For
+    a `Sampled` trajectory that is the median spacing of the newest samples, else PAST_SPACING.
+
+    One model more repeats what others did: earlier motions of all observed tracks that began at nearly the same place
+    with nearly the same velocity, see `similar_displacements`.
+
+    An obstacle without an uncertainty of its own gets a radius, from the mean error of the best model over MODEL_LEAD
+    spacings: `offset` times that error now, and a growth with time. The error is taken to grow with the square of the
+    time. The growth reaches `share` times the error at the time that the robot takes from rest to its maximum speed,
+    or at MODEL_LEAD spacings if that is later.
+
+    An obstacle that appears at this moment is predicted at rest, since only one position is known. So is one that did
+    not move for MODEL_LEAD spacings.
+
+    With more than one of `futures` the models form up to so many groups. Each is a future, with the sum of the weights
+    as its probability. Groups are apart by more than the error above at that time, and none is less probable than
+    LEAST_FUTURE. Models are joined as by Ward (Journal of the American Statistical Association 58, 1963): always the
+    two groups whose union adds the least weighted square of distances.
+
+    Attributes:
+        similar: largest number of earlier motions that count; 0: none does.
+    """
+
+    includes_future: ClassVar[bool] = False
+    share: NotNegative = 0.1
+    futures: int = 1
+    offset: NotNegative = 0.5
+    similar: int = 20
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        object.__setattr__(self, "futures", whole(self.futures, "futures", 1))
+        object.__setattr__(self, "similar", whole(self.similar, "similar", 0))
+
+    def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
+        return self.with_error(trajectory, now)[0]
+
+    def with_error(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> tuple[Trajectory, BoundedError]:
+        """The mean prediction and its radius; `rise` [s] is the time of the robot from rest to its maximum speed."""
+        [([(_, mean)], error)] = replace(self, futures=1).predictions([trajectory], now, rise)
+        return mean, error
+
+    def predictions(
+        self,
+        trajectories: Sequence[Trajectory],
+        now: float,
+        rise: float = 0.0,
+        seen: Sequence[Trajectory] | None = None,
+    ) -> "list[Futures]":
+        """All futures of each trajectory; together they take less time than one by one.
+
+        rise: as in `with_error`. seen: all tracks whose motion up to `now` [s] is known, also of obstacles that have
+        left; None: those that are predicted.
+        """
+        # Trajectories are never changed. A decision may predict them more than once, with another `rise`.
+        fixed = all(type(each).__hash__ is object.__hash__ for each in trajectories)
+        later, among = rise if self.futures > 1 else 0.0, trajectories if seen is None else seen
+        known = tuple(each for each in among if _is_searched(each)) if self.similar else ()
+        found = (_known if fixed else _ahead)(tuple(trajectories), now, self.futures, later, known, self.similar)
+        growths = [self.share * a.error * max(rise, a.lead) / a.lead**2 if a.lead else 0.0 for a in found]
+        errors = [BoundedError(self.offset * a.error, growth) for a, growth in zip(found, growths)]
+        return [Futures(a.each, error) for a, error in zip(found, errors)]
+
+
+def _is_searched(track: Trajectory) -> bool:
+    """Whether similar motions are searched in a track: it moves, and it is never changed."""
+    return type(track).__hash__ is object.__hash__ and not isinstance(track, Stationary)
+
+
+class Futures(NamedTuple):
+    """Predictions of one obstacle with their probabilities, the most probable one first."""
+
+    each: tuple[tuple[float, Trajectory], ...]  # probabilities [1] of sum 1
+    error: BoundedError  # radius of each
+
+
+class _Ahead(NamedTuple):
+    """Predictions of one obstacle, see `Futures`."""
+
+    each: tuple[tuple[float, Trajectory], ...]
+    error: float = 0.0  # [m] see `Continuation`
+    lead: float = 0.0  # [s] of this error; 0 for an obstacle at rest
+
+
+def _ahead(
+    trajectories: tuple[Trajectory, ...],
+    now: float,
+    most: int,
+    rise: float,
+    known: tuple[Trajectory, ...],
+    similar: int,
+) -> list[_Ahead]:
+    """Up to `most` predictions of each trajectory, apart at the time `rise` [s].
+
+    known: tracks, of whose motions up to `similar` count.
+    """
+    found, pasts = dict[int, _Ahead](), list[_Past]()
+    for k, trajectory in enumerate(trajectories):
+        position, first, usual = trajectory.position(now), trajectory.span[0], _spacing(trajectory, now)
+        spacing = min(usual, (now - first) / FEWEST_PAST)
+        if spacing > 0.0:
+            count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
+            positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
+            if np.abs(positions[: MODEL_LEAD + 1] - position).max() > REST * MODEL_LEAD * spacing:
+                pasts.append(_Past(k, trajectory, spacing, spacing == usual, positions))
+                continue
+        found[k] = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
+    more = _similar(pasts, now, known, similar) if similar and known and pasts else None
+    alike: dict[tuple[int, ...], list[int]] = {}
+    for row, past in enumerate(pasts):
+        alike.setdefault(past.positions.shape, []).append(row)
+    for rows in alike.values():
+        group = [pasts[row] for row in rows]
+        later = np.array([max(rise / past.spacing, MODEL_LEAD) for past in group])
+        further = None if more is None else FurtherModel(*(each[rows] for each in more))
+        several = continued(np.stack([past.positions for past in group]), most, later, further)
+        curves = iter(_joined([(past, one) for past, ahead in zip(group, several) for one in ahead], now))
+        for past, ahead in zip(group, several):
+            each = tuple((one.probability, next(curves)) for one in ahead)
+            found[past.number] = _Ahead(each, ahead[0].error, MODEL_LEAD * past.spacing)
+    return [found[k] for k in range(len(trajectories))]
+
+
+_known = lru_cache(maxsize=8)(_ahead)
+
+
+class _Past(NamedTuple):
+    """What is known of a track that moves."""
+
+    number: int  # among those that are predicted
+    track: Trajectory
+    spacing: float  # [s]
+    usual: bool  # whether it is that of the sensor; of a track that has just appeared it is shorter
+    positions: Array  # (k + 1, d) [m] the newest first
+
+
+def _similar(pasts: Sequence[_Past], now: float, known: tuple[Trajectory, ...], count: int) -> FurtherModel:
+    """Predictions of tracks from up to `count` similar motions of the `known` tracks.
+
+    The error is infinite for tracks that have just appeared.
+    """
+    places, knots = np.array([past.positions[0] for past in pasts]), np.array(MODEL_KNOTS)
+    spans = [min(SIMILAR_VELOCITY_SPAN, len(past.positions) - 1) for past in pasts]
+    velocities = np.array([(past.positions[0] - past.positions[k]) / k for past, k in zip(pasts, spans)])
+    n, d = places.shape
+    error, found = np.full(n, np.inf), np.zeros((n, len(knots), d + 2))
+    spacings = np.array([rounded(past.spacing) if past.usual else np.nan for past in pasts])
+    for spacing in np.unique(spacings[spacings > 0.0]).tolist():
+        rows = np.flatnonzero(spacings == spacing)
+        motions = SimilarMotions(known, spacing, now, count)
+        found[rows] = motions.displacements(places[rows], velocities[rows], knots)
+        each = motions.past_errors([pasts[k].track for k in rows.tolist()], MODEL_LEAD, MODEL_CHECKS)
+        for k, errors in zip(rows, each):
+            prior = MODEL_PRIOR[2] * MODEL_LEAD * float(np.linalg.norm(velocities[k]))
+            error[k] = (sum(errors) + prior) / (len(errors) + 1)
+    moved = found[:, None, :, :d]
+    return FurtherModel(
+        error, moved, np.gradient(moved, knots.astype(np.float64), axis=2), found[..., d], found[..., -1]
+    )
+
+
+def _spacing(trajectory: Trajectory, now: float) -> float:
+    """[s] between the positions of the past that are used."""
+    if not isinstance(trajectory, Sampled):
+        return PAST_SPACING
+    stamps = trajectory.breaks(max(trajectory.span[0], now - NEWEST_SAMPLES), now)
+    if len(stamps) < FEWEST_PAST:
+        return PAST_SPACING
+    # numpy's median of so few takes five times as long.
+    return float(min(max(median(np.diff(stamps).tolist()), SPACINGS[0]), SPACINGS[1]))
+
+
+def _joined(ahead: "Sequence[tuple[_Past, Continuation]]", now: float) -> list[PiecewisePolynomial]:
+    """Trajectories from `now` [s]: cubic pieces through the knots of each continuation, then a straight line."""
+    position = np.stack([past.positions[0] for past, _ in ahead])[:, None]
+    spacing = np.array([past.spacing for past, _ in ahead])[:, None, None]
+    places = position + np.stack([one.displacements for _, one in ahead])
+    velocities = np.stack([one.velocities for _, one in ahead]) / spacing
+    h = spacing * np.diff(MODEL_KNOTS)[:, None]
+    chord = np.diff(places, axis=1) / h
+    before, after, still = velocities[:, :-1], velocities[:, 1:], 0.0 * position
+    curves = [places[:, :-1], before, (3.0 * chord - 2.0 * before - after) / h, (before + after - 2.0 * chord) / h**2]
+    last = np.stack([places[:, -1:], velocities[:, -1:], still, still], axis=2)
+    coefficients = np.concatenate([np.stack(curves, axis=2), last], axis=1)
+    durations = np.append(h[..., 0], np.full((len(h), 1), LONGEST_FORECAST), axis=1)
+    return [PiecewisePolynomial(*row, now) for row in zip(durations, coefficients)]

@@ -1,0 +1,454 @@
+"""Passive bodies that one robot may meet within the horizon: their pieces, cut to it, with margins."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slalom.base.tolerances import AGREED_SIDE, CONTACT_SLACK, COOPERATION_RANGE, SIDE_ROUNDING
+from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, Records
+from slalom.kernels.decision.neighbours import farthest_distance
+from slalom.kernels.decision.paths import state_on_path
+from slalom.kernels.decision.tables import (
+    EVERY_WORLD,
+    MET_BODY,
+    DecisionSettings,
+    DecisionTables,
+    MetBody,
+    ObstaclePieces,
+    Robot,
+)
+from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.geometry.hulls import distances
+from slalom.kernels.jit import inlined, kernel, squared
+from slalom.kernels.relative_motion.window import (
+    copy_restricted,
+    kept_margin,
+    overlaps,
+    put_ball,
+    rows_within,
+    share_of_piece,
+)
+
+
+class PassiveRows(NamedTuple):
+    """Rows of passive pieces that a robot may come near, and their bodies, numbered anew."""
+
+    row: Indices  # (n,) in the table of all pieces
+    number: Indices  # (n,) new number of its body
+    body: Indices  # (b,) number of each in the table of all bodies
+
+
+@inlined
+def is_elsewhere(world: int, own: int) -> bool:
+    """Whether a body in `world` is in another one than a robot in its `own`."""
+    return world != own and world != EVERY_WORLD
+
+
+@inlined
+def hulls_of_bodies(corners: MaybeCorners, hull: Indices, turned: Array) -> MaybeHulls:
+    """Hulls with numbers `hull` (n,) and directions `turned` (4, 2, n); empty where there are no corners."""
+    if len(corners) > 0:
+        return Hulls(hull, turned, corners.corners, corners.first, corners.unordered)
+    return ()
+
+
+@inlined
+def meets_balls(
+    ball: Array, more: float, begin: float, end: float, horizon: float, centers: Array, radii: Array
+) -> bool:
+    """Whether a ball (4,) [m], larger by `more` [m], touches one of those of the windows from `begin` to `end` [s].
+
+    `centers` (w, 3) [m] and `radii` (w,) [m]: of the windows, of equal length up to the horizon [s].
+    """
+    # A window that a ball touches for a rounding error of its time is left out: nothing moves far meanwhile.
+    per_second, last = len(radii) / horizon, len(radii) - 1
+    for w in range(max(int(begin * per_second), 0), min(int(min(end, horizon) * per_second), last) + 1):
+        x, y, z = centers[w, 0] - ball[0], centers[w, 1] - ball[1], centers[w, 2] - ball[2]
+        reach = radii[w] + (ball[3] + more)
+        if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
+            return True
+    return False
+
+
+@inlined
+def is_near(ball: Array, position: Array, distance: float) -> bool:
+    """Whether a ball (4,) [m] is no farther from the `position` (3,) [m] than `distance` [m]."""
+    square, reach = 0.0, ball[3] + distance
+    for axis in range(3):
+        square += squared(ball[axis] - position[axis])
+    return bool(reach >= 0.0 and square <= reach * reach)
+
+
+@inlined
+def may_come_near(
+    ball: Array, begin: float, end: float, grown: float, robot: Robot, horizon: float, centers: Array, radii: Array
+) -> bool:
+    """Whether a piece from `begin` to `end` [s], with a ball (4,) [m], larger by `grown` [m], comes near a robot.
+
+    Within the horizon [s], where `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion; or now.
+    """
+    return meets_balls(ball, grown, begin, end, horizon, centers, radii) or (
+        begin <= 0.0 and is_near(ball, robot.position, grown + CONTACT_SLACK)
+    )
+
+
+@kernel
+def passive_in_reach(i: int, error: float, centers: Array, radii: Array, tables: DecisionTables) -> PassiveRows:
+    """The rows of passive pieces that robot i can approach closer than the margin within the horizon.
+
+    `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon. What is within the margin
+    now is among the rows too.
+    """
+    robot, bodies, now, horizon = tables.robots.each[i], tables.bodies, tables.bodies.now, tables.settings.horizon
+    times, count, b = bodies.pieces.times, 0, 0
+    row, number = np.empty(len(times), np.int64), np.empty(len(times), np.int64)
+    body = np.empty(len(bodies.passive), np.int64)
+    more = robot.rounding - bodies.robot_rounding + robot.margin + error
+    far = farthest_distance(robot.position[:], centers, radii) + CONTACT_SLACK
+    for k in range(len(bodies.passive)):
+        passive, known = bodies.passive[k], count
+        until = min(bodies.until[passive.owner], horizon)
+        if is_elsewhere(passive.world, robot.world) or not is_near(bodies.body_balls[k], robot.position, far + more):
+            continue
+        grown = passive.radius + passive.hull_radius + more
+        first, last = rows_within(times, bodies.first_piece[k], bodies.first_piece[k + 1], now, now + until)
+        for s in range(first, last):
+            begin, end = times[s, 0] - now, times[s, 1] - now
+            if may_come_near(bodies.balls[s], begin, end, grown, robot, horizon, centers, radii):
+                row[count], number[count] = s, b
+                count += 1
+        if count > known:
+            body[b] = k
+            b += 1
+    return PassiveRows(row[:count], number[:count], body[:b])
+
+
+@kernel
+def add_passive(
+    i: int,
+    passive: PassiveRows,
+    error: float,
+    centers: Array,
+    radii: Array,
+    rows: ObstaclePieces,
+    tables: DecisionTables,
+) -> int:
+    """Write the passive rows, cut to the time in which they count, into the first; the number of those that stay.
+
+    The others are out of reach of robot i once they are cut, see `passive_in_reach`. Radii are those of the pieces.
+    """
+    robot, bodies, pieces, horizon = tables.robots.each[i], tables.bodies, rows.pieces, tables.settings.horizon
+    fixed, turning, count, now = bodies.pieces, len(rows.pieces.turns) > 0, 0, tables.bodies.now
+    more = robot.rounding - bodies.robot_rounding + robot.margin + error
+    for k in range(len(passive.row)):
+        s, b = passive.row[k], passive.number[k]
+        body = bodies.passive[passive.body[b]]
+        begin, end = max(fixed.times[s, 0], now), min(fixed.times[s, 1], now + bodies.until[body.owner])
+        width = fixed.times[s, 1] - fixed.times[s, 0]
+        share, last = (begin - fixed.times[s, 0]) / width, (end - fixed.times[s, 0]) / width
+        copy_restricted(fixed.points[s], share, last, pieces.points[count])
+        if turning:
+            copy_restricted(fixed.turns[s], share, last, pieces.turns[count])
+        pieces.times[count, 0], pieces.times[count, 1], pieces.body[count] = begin - now, end - now, b
+        pieces.radius[count] = fixed.radius[s] + fixed.growth[s] * share
+        pieces.growth[count] = fixed.growth[s] * (last - share)
+        ball, grown = rows.balls[count], body.radius + body.hull_radius + more
+        for axis in range(4):
+            ball[axis] = bodies.balls[s, axis]
+        if (share > 0.0 or last < 1.0) and ball[3] < np.inf:
+            put_ball(pieces, count, ball)
+            if not may_come_near(ball, begin - now, end - now, grown, robot, horizon, centers, radii):
+                continue
+        count += 1
+    return count
+
+
+@kernel
+def grow_passive(
+    i: int, numbers: Indices, count: int, error: float, rows: ObstaclePieces, tables: DecisionTables
+) -> bool:
+    """Grow the first `count` rows, of passive bodies `numbers` (b,), by robot i and by the margin that it can keep.
+
+    Returns whether the robot overlaps one.
+    """
+    bodies, pieces = tables.bodies, rows.pieces
+    more = tables.robots.each[i].rounding - bodies.robot_rounding
+    radius = np.empty(len(numbers))
+    for b in range(len(radius)):
+        passive = bodies.passive[numbers[b]]
+        radius[b] = passive.radius + more
+        rows.hull[b], rows.bodies[b].hull_radius = bodies.hull[numbers[b]], passive.hull_radius
+        rows.bodies[b].at_rest = passive.at_rest
+    overlapping = add_margin(i, numbers, radius, count, rows, tables)
+    for s in range(count):
+        b = pieces.body[s]
+        passive = bodies.passive[numbers[b]]
+        pieces.radius[s] += radius[b] + error
+        rows.balls[s, 3] += radius[b] + passive.hull_radius + error
+        rows.margin[s, 0] = max(radius[b] - passive.radius - more, 0.0)
+    return overlapping
+
+
+@kernel
+def add_margin(
+    i: int, numbers: Indices, radius: Array, count: int, rows: ObstaclePieces, tables: DecisionTables
+) -> bool:
+    """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies `numbers` (b,).
+
+    Their pieces are the first `count` rows. Returns whether the robot overlaps one.
+    """
+    robot, bodies, pieces = tables.robots.each[i], tables.bodies, rows.pieces
+    near = heads_nearby(i, radius, count, rows, tables)
+    body = pieces.body[near]
+    places, directions = np.zeros((len(near), 3)), np.zeros((len(near), 2))
+    directions[:, 0] = 1.0
+    for h in range(len(near)):
+        s = near[h]
+        x = share_of_piece(pieces.times, s)
+        for axis in range(tables.settings.dimension):
+            p = pieces.points[s, :, axis]
+            places[h, axis] = value(p[0], p[1], p[2], p[3], x) - robot.position[axis]
+        if len(pieces.turns) > 0:
+            for axis in range(2):
+                p = pieces.turns[s, :, axis]
+                directions[h, axis] = value(p[0], p[1], p[2], p[3], x)
+    found = distances(
+        places, directions, rows.hull[body], hulls_of_bodies(bodies.corners, rows.hull, np.empty((4, 2, 0)))
+    )
+    overlapping = False
+    kept = np.full(len(radius), robot.margin)
+    for h in range(len(near)):
+        s, clearance = near[h], found[h, 0] - radius[body[h]]
+        passive = bodies.passive[numbers[body[h]]]
+        if passive.uncertain:
+            clearance -= pieces.radius[s] + pieces.growth[s] * share_of_piece(pieces.times, s)
+        # From a body that a robot at rest may touch there is nothing to separate.
+        overlapping = overlapping or (passive.at_rest and overlaps(clearance))
+        kept[body[h]] = max(kept_margin(clearance, robot.margin), -radius[body[h]])
+    for b in range(len(radius)):
+        radius[b] += kept[b]
+    return overlapping
+
+
+@kernel
+def heads_nearby(i: int, radius: Array, count: int, rows: ObstaclePieces, tables: DecisionTables) -> Indices:
+    """Of the first `count` rows, those that hold the time now and to which robot i may be nearer than the margin.
+
+    They are of bodies with radii (b,) [m].
+    """
+    robot, near, found = tables.robots.each[i], np.empty(count, np.int64), 0
+    for s in range(count):
+        b = rows.pieces.body[s]
+        grown = radius[b] + rows.bodies[b].hull_radius + robot.margin + CONTACT_SLACK
+        if rows.pieces.times[s, 0] <= 0.0 and is_near(rows.balls[s], robot.position, grown):
+            near[found] = s
+            found += 1
+    return near[:found]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Shares of the avoidance of two robots that avoid each other, and the side on which they pass.
+
+
+@kernel
+def share_of(robot: Robot, other: Robot, settings: DecisionSettings) -> float:
+    """The part [1] of the avoidance that a robot does itself: with more priority than the other one it does less."""
+    own, rest = settings.share * other.priority, (1.0 - settings.share) * robot.priority
+    return float(own / (own + rest))
+
+
+@kernel
+def agreed_side(robot: Robot, other: Robot, position: Array, velocity: Array, room: float, side: Array) -> float:
+    """Widening [m] of the other robot towards a side, the unit vector `side` (d,).
+
+    Two robots that would both make a half of the avoidance collide if they do so towards opposite sides. Each therefore
+    passes on the side on which it would pass now if neither changed its velocity, the right one if that is none. The
+    other side counts as wider by twice the result, by which the body is displaced and grown. Robots that will not meet
+    agree on nothing. Both robots find the same side, since the relative motion of one is the negative of the other's.
+
+    Args:
+        position, velocity: (d,) [m], [m/s] of the other robot as observed. room: [m] by which the body may grow now.
+    """
+    d, square, along, fast = len(side), 0.0, 0.0, 0.0
+    for axis in range(d):
+        away, relative = position[axis] - robot.position[axis], robot.velocity[axis] - velocity[axis]
+        square += away * away
+        along += away * relative
+        fast += relative * relative
+    size, aside = robot.radius + other.radius + robot.margin_among, 0.0
+    if along <= 0.0 or square <= 0.0 or square - along * along / fast >= size * size:
+        return 0.0
+    for axis in range(d):
+        away, relative = position[axis] - robot.position[axis], robot.velocity[axis] - velocity[axis]
+        side[axis] = away * along / square - relative
+        aside += squared(side[axis])
+    if aside <= SIDE_ROUNDING * fast:
+        # To the right of the line to the other robot lies the free side.
+        side[0], side[1] = robot.position[1] - position[1], position[0] - robot.position[0]
+        aside = squared(side[0]) + squared(side[1])
+        if d == 3:
+            side[2] = 0.0
+        if aside <= 0.0:
+            return 0.0
+    for axis in range(d):
+        side[axis] /= np.sqrt(aside)
+    return float(max(min(AGREED_SIDE * size, room), 0.0))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Encounters of one robot: passive bodies and other robots as pieces with margins.
+
+
+@kernel
+def new_bodies(count: int) -> Records[MetBody]:
+    """Bodies (n,) of no robot, which do no part of the avoidance."""
+    bodies = np.zeros(count, MET_BODY)
+    for b in range(count):
+        bodies[b].robot, bodies[b].share, bodies[b].at_rest = -1, 1.0, True
+    return bodies  # type: ignore[return-value]
+
+
+@kernel
+def obstacle_pieces(
+    i: int, near: Indices, error: float, centers: Array, radii: Array, agrees: bool, tables: DecisionTables
+) -> tuple[ObstaclePieces, bool]:
+    """The pieces of passive bodies and of the robots `near` (m,) that robot i may meet; whether it overlaps one now.
+
+    Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near. Bodies are
+    larger by `error` [m], that of the robot's own pieces. If the robot `agrees` on sides, see `agreed_side`.
+    """
+    robots, bodies = tables.robots, tables.bodies
+    d, q = tables.settings.dimension, robots.observed.points.shape[1]
+    passive = passive_in_reach(i, error, centers, radii, tables)
+    total = len(passive.body)
+    for k in near:
+        skeleton = robots.each[k].skeleton
+        total += bodies.robot_first[skeleton + 1] - bodies.robot_first[skeleton]
+    # One row more for each body of a robot: one piece is cut where the margin is whole again.
+    n, turning = len(passive.row) + (total - len(passive.body)) * (q + 1), len(bodies.pieces.turns) > 0
+    turns = np.zeros((n if turning else 0, 4, 2))
+    pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
+    met, hull, balls = new_bodies(total), np.full(total, -1), np.full((n, 4), np.inf)
+    rows = ObstaclePieces(pieces, np.zeros((n, 2)), balls, met, hull)
+    s, overlaps_passive = 0, False
+    if len(passive.row):
+        s = add_passive(i, passive, error, centers, radii, rows, tables)
+        overlaps_passive = grow_passive(i, passive.body, s, error, rows, tables)
+    overlaps_robot, s = add_robots(i, near, len(passive.body), s, error, agrees, rows, tables)
+    used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
+    found = ObstaclePieces(used, rows.margin[:s], rows.balls[:s], met, hull)
+    return found, overlaps_passive or overlaps_robot
+
+
+@inlined
+def add_robots(
+    i: int, near: Indices, body: int, s: int, error: float, agrees: bool, rows: ObstaclePieces, tables: DecisionTables
+) -> tuple[bool, int]:
+    """Write the bodies of the robots `near` (m,) on their observed paths, grown by robot i and the margin.
+
+    The first is number `body` and begins at row s. Returns whether robot i overlaps one, and the next free row.
+    """
+    robots, bodies, settings, pieces = tables.robots, tables.bodies, tables.settings, rows.pieces
+    robot, observed, d, now = robots.each[i], robots.observed, settings.dimension, settings.now
+    position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
+    side = np.zeros(d)
+    turning, margin = len(pieces.turns) > 0, robot.margin_among
+    for k in near:
+        other = robots.each[k]
+        state_on_path(observed, k, now, position, velocity)
+        both = robot.rounding + other.rounding
+        for j in range(bodies.robot_first[other.skeleton], bodies.robot_first[other.skeleton + 1]):
+            part, square = bodies.robot_bodies[j], 0.0
+            for axis in range(d):
+                place[0, axis] = position[axis] + part.offset[axis] - robot.position[axis]
+                square += squared(place[0, axis])
+            distance = np.sqrt(square)
+            if bodies.robot_hull[j] >= 0:
+                hulls = hulls_of_bodies(bodies.corners, bodies.robot_hull, np.empty((4, 2, 0)))
+                distance = distances(place, np.array([[1.0, 0.0]]), bodies.robot_hull[j : j + 1], hulls)[0, 0]
+            clearance = distance - (part.radius + both)
+            overlapping = overlapping or overlaps(clearance)
+            extra = kept_margin(clearance, margin)
+            # No robot relies on the other where both are close: there it is too late for mistakes.
+            if settings.share < 1.0 and clearance > COOPERATION_RANGE * (robot.radius + other.radius):
+                rows.bodies[body].share = share_of(robot, other, settings)
+            wider = 0.0
+            if agrees and rows.bodies[body].share < 1.0:
+                wider = agreed_side(robot, other, position, velocity, clearance - max(extra, 0.0), side)
+            rows.bodies[body].robot, rows.hull[body] = k, bodies.robot_hull[j]
+            rows.bodies[body].hull_radius = part.hull_radius
+            end, cut = s, settings.regain if extra < margin else np.inf
+            for p in range(observed.points.shape[1]):
+                first, last = observed.times[k, p], observed.times[k, p + 1]
+                if last <= now or last <= first or first >= now + settings.horizon:
+                    continue
+                end = add_piece(first - now, last - now, observed.points[k, p], cut, end, pieces)
+            for row in range(s, end):
+                pieces.radius[row], pieces.body[row] = part.radius + both + extra + error + wider, body
+                rows.margin[row, 0] = max(extra, 0.0)
+                for c in range(4):
+                    for axis in range(d):
+                        pieces.points[row, c, axis] += part.offset[axis] + wider * side[axis]
+                    if turning:
+                        pieces.turns[row, c, 0] = 1.0
+            if cut < np.inf:
+                grow_margin(margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
+            s, body = end, body + 1
+    return overlapping, s
+
+
+@kernel
+def add_piece(first: float, last: float, points: Array, cut: float, s: int, pieces: Pieces) -> int:
+    """Write a piece, control points (4, d) driven from `first` to `last` [s], into row s; the next free row.
+
+    Two rows if the time `cut` [s] lies within it.
+    """
+    parts = 2 if first < cut and cut < last else 1
+    for part in range(parts):
+        pieces.times[s, 0], pieces.times[s, 1] = first if part == 0 else cut, last if part == parts - 1 else cut
+        for axis in range(pieces.points.shape[2]):
+            p0, p1, p2, p3 = points[0, axis], points[1, axis], points[2, axis], points[3, axis]
+            if parts == 2:
+                e, f = (pieces.times[s, 0] - first) / (last - first), (pieces.times[s, 1] - first) / (last - first)
+                p0, p1, p2, p3 = restrict(p0, p1, p2, p3, e, f)
+            pieces.points[s, 0, axis], pieces.points[s, 1, axis] = p0, p1
+            pieces.points[s, 2, axis], pieces.points[s, 3, axis] = p2, p3
+        s += 1
+    return s
+
+
+@kernel
+def grow_margin(lost: float, within: float, begin: int, end: int, pieces: Pieces, margin: Array) -> None:
+    """Let the radii of rows `begin` to `end`, of one robot, grow evenly by the `lost` margin [m] `within` a time [s].
+
+    `margin` (n, 2) [m]: see `ObstaclePieces`.
+    """
+    times = pieces.times
+    for s in range(begin, end):
+        early, late = lost * min(max(times[s, 0] / within, 0.0), 1.0), lost * min(max(times[s, 1] / within, 0.0), 1.0)
+        pieces.radius[s] += early
+        pieces.growth[s] = late - early
+        margin[s, 0] += early
+        margin[s, 1] = late - early
+
+
+@kernel
+def limit_margin(i: int, extra: float, rows: ObstaclePieces, tables: DecisionTables) -> None:
+    """Leave at most `extra` [m] of the last part, `enough`, of the margins of robot i in all radii."""
+    robot, radius, growth, margin = tables.robots.each[i], rows.pieces.radius, rows.pieces.growth, rows.margin
+    for s in range(len(radius)):
+        whole = robot.margin_among if rows.bodies[rows.pieces.body[s]].robot >= 0 else robot.margin
+        most = whole - robot.enough + extra
+        first, last = min(margin[s, 0], most), min(margin[s, 0] + margin[s, 1], most)
+        radius[s] -= margin[s, 0] - first
+        growth[s] -= margin[s, 1] - (last - first)
+        margin[s, 0] = first
+        margin[s, 1] = last - first
+
+
+@kernel
+def reduce_margin(share: float, rows: ObstaclePieces) -> None:
+    """Take the `share` [1] of the whole margin off all radii."""
+    for s in range(len(rows.pieces.body)):
+        rows.pieces.radius[s] -= share * rows.margin[s, 0]
+        rows.pieces.growth[s] -= share * rows.margin[s, 1]

@@ -1,0 +1,538 @@
+"""Cost of a manoeuvre: the time until the robot arrives. And the optimistic cost of a response, without obstacles."""
+
+import numpy as np
+
+from slalom.base.tolerances import (
+    AIM_FIRST,
+    AIM_LATEST,
+    AIM_ROOT,
+    AIM_STEPS,
+    AIM_TIMES,
+    ARRIVAL_SAMPLES,
+    BALL_WINDOWS,
+    COST_TIE,
+    FASTEST_SLACK,
+)
+from slalom.kernels.arrays import Array, Flags, Indices
+from slalom.kernels.callback import call_back
+from slalom.kernels.decision.bodies import is_elsewhere
+from slalom.kernels.decision.limits import admissible_set, excess, peak_drift, smallest_control_ball
+from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
+from slalom.kernels.decision.tables import (
+    ARRIVE,
+    COST,
+    FOLLOW_ACCELERATION,
+    FOLLOW_VELOCITY,
+    IN_PYTHON,
+    MIXED,
+    PREFERRED,
+    DecisionTables,
+    Objectives,
+    Paths,
+    ResponseSearch,
+    ResponseTable,
+    Robot,
+    Scratch,
+)
+from slalom.kernels.decision.targets import desired_velocity, rests_within, target_state, time_to_target
+from slalom.kernels.geometry.cubic import copy_into, new_stack, value
+from slalom.kernels.jit import inlined, kernel, squared
+
+
+@kernel
+def new_scratch(pieces: int, dimension: int) -> Scratch:
+    """Buffers for paths of so many pieces."""
+    return Scratch(
+        Paths(np.empty((2, pieces + 1)), np.empty((2, pieces, 4, 3))),
+        np.empty((BALL_WINDOWS, 3)),
+        np.empty(BALL_WINDOWS),
+        new_stack(),
+        np.zeros(3),
+        np.empty(dimension),
+        np.empty(dimension),
+        np.empty(3),
+        np.empty(3),
+        np.empty(dimension),
+        np.empty(dimension),
+    )
+
+
+@kernel
+def first_within(before: Array, after: Array, radius: float) -> float:
+    """The share [1] of the way from `before` to `after` (d,) [m] at which it gets within `radius` [m] of the origin.
+
+    -1 if it does not.
+    """
+    a, b, c = 0.0, 0.0, -radius * radius
+    for axis in range(len(before)):
+        step = after[axis] - before[axis]
+        a += step * step
+        b += before[axis] * step
+        c += before[axis] * before[axis]
+    if c <= 0.0:
+        return 0.0
+    root = b * b - a * c
+    if not (b < 0.0 and root >= 0.0):
+        return -1.0
+    x = c / (np.sqrt(root) - b)
+    return float(x) if x <= 1.0 else -1.0
+
+
+@inlined
+def arrival_within(i: int, until: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch) -> float:
+    """Time [s] at which robot i on row `row` of `paths` passes its target, if at most `until` [s]; -1 if not.
+
+    A robot that stops at its target has arrived, at time 0, if it is at rest there and stays there until then.
+    The position and velocity (d,) after `until` then are in `scratch`.
+    """
+    robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
+    robot, away, before = robots.each[i], scratch.displacement, scratch.desired_velocity
+    goal, goal_velocity, tolerance = scratch.target, scratch.target_velocity, robot.tolerance
+    square, fast, resting = 0.0, robot.max_speed, robot.stop
+    for axis in range(settings.dimension):
+        square += squared(robot.target[axis] - robot.position[axis])
+        fast += abs(robot.velocity[axis])
+    # From farther away it cannot arrive until then.
+    near = robot.moving or square <= squared(tolerance + fast * until)
+    steps = ARRIVAL_SAMPLES if not robot.stop else 1
+    for step in range(steps + 1 if near else 0):
+        t = settings.now + until * step / steps
+        state_on_path(paths, row, t, position, velocity)
+        target_state(i, t, robots, tables.targets, goal, goal_velocity)
+        for axis in range(settings.dimension):
+            before[axis], away[axis] = away[axis], position[axis] - goal[axis]
+            velocity[axis] -= goal_velocity[axis]
+        if robot.stop:
+            resting = resting and rests_within(robot, away, velocity, 0.0)
+            continue
+        share = first_within(before if step > 0 else away, away, tolerance)
+        if share >= 0.0:
+            return until * (step - 1 + share) / steps if step > 0 else 0.0
+    if near and resting:
+        return 0.0
+    state_on_path(paths, row, settings.now + until, position, velocity)
+    return -1.0
+
+
+@kernel
+def keep_velocity(i: int, until: float, to: float, tables: DecisionTables, scratch: Scratch) -> float:
+    """Time [s] between `until` and `to` [s] at which robot i passes its target at constant velocity; -1 if not.
+
+    `scratch` holds its position and velocity (d,), the position is then that at `to`.
+    """
+    robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
+    robot, before, after = robots.each[i], scratch.desired_velocity, scratch.displacement
+    target_state(i, settings.now + until, robots, tables.targets, scratch.target, scratch.target_velocity)
+    for axis in range(settings.dimension):
+        before[axis] = position[axis] - scratch.target[axis]
+        position[axis] += (to - until) * velocity[axis]
+    target_state(i, settings.now + to, robots, tables.targets, scratch.target, scratch.target_velocity)
+    for axis in range(settings.dimension):
+        after[axis] = position[axis] - scratch.target[axis]
+    share = -1.0 if robot.stop else first_within(before, after, robot.tolerance)
+    return float(until + share * (to - until)) if share >= 0.0 else -1.0
+
+
+@kernel
+def difference_cost(
+    i: int, until: float, to: float, paths: Paths, row: int, tables: DecisionTables, scratch: Scratch
+) -> float:
+    """Time [s] until robot i on row `row` of `paths` has the velocity that it follows, judged after `until` [s].
+
+    It keeps its velocity from then to the time `to` [s], if that is later. Or, to follow an acceleration: the
+    difference from it now, as a share [1] of the largest acceleration.
+    """
+    robot, settings, found, square = tables.robots.each[i], tables.settings, scratch.velocity, 0.0
+    if robot.objective == FOLLOW_VELOCITY:
+        state_on_path(paths, row, settings.now + until, scratch.position, found)
+    else:
+        acceleration_on_path(paths, row, settings.now, found)
+    for axis in range(settings.dimension):
+        square += squared(found[axis] - robot.wanted[axis])
+    difference = np.sqrt(square) / robot.max_acceleration
+    return float(max(until, to) + difference if robot.objective == FOLLOW_VELOCITY else difference)
+
+
+@inlined
+def take_part(robot: Robot, p: int, objectives: Objectives) -> None:
+    """Let a robot with a mixed objective have its part p."""
+    robot.objective = objectives.kind[p]
+    copy_into(robot.wanted[:], objectives.wanted[p])
+
+
+@kernel
+def cost_in_python(until: float, to: float, paths: Paths, row: int, tables: DecisionTables) -> float:
+    """Cost [s] of row `row` of `paths` by an objective in Python: up to `until` [s], then at constant velocity up to
+    `to` [s] if that is later."""
+    objectives = tables.objectives
+    copy_into(objectives.path.times[0], paths.times[row])
+    copy_into(objectives.path.points[0], paths.points[row])
+    return float(call_back(objectives.address, COST, -1, until, to))
+
+
+@inlined
+def manoeuvre_cost(
+    i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
+) -> float:
+    """Cost [s] of row `row` of `paths` for robot i by its objective, see `cost_by_part`; of a mixed one the mean."""
+    robot, parts = tables.robots.each[i], tables.objectives
+    if robot.objective == IN_PYTHON:
+        return cost_in_python(until, to, paths, row, tables)
+    mixed, cost = robot.objective == MIXED, 0.0
+    for p in range(len(parts.kind) if mixed else 1):
+        if mixed:
+            take_part(robot, p, parts)
+        part = cost_by_part(i, until, to, paths, row, near, tables, scratch)
+        cost += parts.weight[p] * part if mixed else part
+    if mixed:
+        robot.objective = MIXED
+    return cost
+
+
+@inlined
+def cost_by_part(
+    i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
+) -> float:
+    """Time [s] that robot i needs to its target: on row `row` of `paths` until `until` [s], then without obstacles.
+
+    If `to` [s] is later, it keeps its velocity from `until` to then. For a robot that follows a velocity or an
+    acceleration: the cost of the difference from it. Detours around the robots `near` (m,) and the passive obstacles,
+    where they will be at the horizon, are added.
+    """
+    robots, bodies, settings, responses = tables.robots, tables.bodies, tables.settings, tables.responses
+    robot, position, velocity = robots.each[i], scratch.position, scratch.velocity
+    if robot.objective != ARRIVE:
+        return difference_cost(i, until, to, paths, row, tables, scratch)
+    arrival = float(arrival_within(i, until, paths, row, tables, scratch))
+    if arrival >= 0.0:
+        return arrival
+    goal, then = scratch.target, settings.now + until
+    left = time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch)
+    if to > until and left > 0.0:
+        arrival = keep_velocity(i, until, to, tables, scratch)
+        if arrival >= 0.0:
+            return arrival
+        until, then = to, settings.now + to
+        left = time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch)
+    cost = until + left
+    if settings.dimension == 2 and len(settings.detours) > 0:
+        target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
+        longer = 0.0
+        for k in near:
+            end, radius = robots.each[k].end_position, robot.radius + robots.each[k].radius + robot.margin_among
+            if may_block(position, goal, end[0], end[1], radius):
+                longer += detour_length(position, goal, end[0], end[1], radius)
+        for e in range(len(bodies.at_horizon)):
+            body = bodies.at_horizon[e]
+            if is_elsewhere(body.world, robot.world):
+                continue
+            radius = body.radius + robot.radius + robot.margin
+            longer += detour_length(position, goal, body.position[0], body.position[1], radius)
+        cost += longer / robot.max_speed
+    return float(cost)
+
+
+@inlined
+def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: Scratch) -> float:
+    """Cost [s] of response r for robot i with the preferred control u (3,), without obstacles.
+
+    The control is the one nearest to u in the smallest ball that holds all admissible controls.
+    """
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robot = robots.each[i]
+    inside, until = scratch.control, max(settings.period, responses.each[r].step)
+    p, radius = smallest_control_ball(robot, r, responses)
+    square = 0.0
+    for axis in range(settings.dimension):
+        inside[axis] = u[axis]
+        square += squared(u[axis] + peak_drift(robot, p, axis, responses) / responses.peaks[p, 4])
+    if square > radius * radius:
+        for axis in range(settings.dimension):
+            middle = -peak_drift(robot, p, axis, responses) / responses.peaks[p, 4]
+            inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
+    response_path(robot, r, inside, responses, settings, until, scratch.paths, 0)
+    if robot.objective == IN_PYTHON:
+        return cost_in_python(until, until, scratch.paths, 0, tables)
+    mixed, cost, parts = robot.objective == MIXED, 0.0, tables.objectives
+    for p in range(len(parts.kind) if mixed else 1):
+        if mixed:
+            take_part(robot, p, parts)
+        part = optimistic_part(i, until, tables, scratch)
+        cost += parts.weight[p] * part if mixed else part
+    if mixed:
+        robot.objective = MIXED
+    return cost
+
+
+@inlined
+def optimistic_part(i: int, until: float, tables: DecisionTables, scratch: Scratch) -> float:
+    """As `cost_by_part`, of the first row of the scratch's paths, without obstacles."""
+    robots, settings = tables.robots, tables.settings
+    if robots.each[i].objective != ARRIVE:
+        return float(difference_cost(i, until, until, scratch.paths, 0, tables, scratch))
+    arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))
+    if arrival >= 0.0:
+        return arrival
+    then, position, velocity = settings.now + until, scratch.position, scratch.velocity
+    left = time_to_target(i, then, position, velocity, robots, tables.responses, tables.targets, scratch)
+    return float(until + left)
+
+
+@kernel
+def detour_length(position: Array, goal: Array, x: float, y: float, radius: float) -> float:
+    """Extra length [m] of the path from `position` to `goal` (2,) [m] around a disc at (x, y) [m].
+
+    Two tangents and an arc; 0 for a disc that is not in the way.
+    """
+    ax, ay, bx, by = position[0] - x, position[1] - y, goal[0] - x, goal[1] - y
+    first, second = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)
+    cosine = (ax * bx + ay * by) / max(first * second, 1e-12)
+    first, second = max(first, radius), max(second, radius)
+    angle = np.arccos(min(1.0, max(-1.0, cosine))) - np.arccos(radius / first) - np.arccos(radius / second)
+    if angle <= 0.0:
+        return 0.0
+    tangents = np.sqrt(first * first - radius * radius) + np.sqrt(second * second - radius * radius)
+    straight = np.sqrt(squared(goal[0] - position[0]) + squared(goal[1] - position[1]))
+    return float(max(tangents + radius * angle - straight, 0.0))
+
+
+@kernel
+def may_block(position: Array, goal: Array, x: float, y: float, radius: float) -> bool:
+    """Whether a disc at (x, y) [m] may cover a part of the line from `position` to `goal` (2,) [m].
+
+    If not, `detour_length` around it is 0.
+    """
+    dx, dy, tx, ty = goal[0] - position[0], goal[1] - position[1], x - position[0], y - position[1]
+    along = min(1.0, max(0.0, (tx * dx + ty * dy) / (dx * dx + dy * dy + 1e-300)))
+    return bool(squared(tx - along * dx) + squared(ty - along * dy) < (1.0 + 1e-6) * radius * radius)
+
+
+@kernel
+def detour_lengths(position: Array, goal: Array, centers: Array, radii: Array) -> Array:
+    """`detour_length` around each of the discs with `centers` (n, 2) and `radii` (n,) [m]: (n,) [m]."""
+    longer = np.empty(len(radii))
+    for k in range(len(radii)):
+        longer[k] = detour_length(position, goal, centers[k, 0], centers[k, 1], radii[k])
+    return longer
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Controls of a response that a robot considers, and the optimistic costs by which responses are ordered.
+
+
+@inlined
+def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scratch: Scratch, u: Array) -> None:
+    """Write the control of response r that robot i prefers into u (3,), see `preferred_by_part`.
+
+    With a mixed objective it is the mean of those of the parts. With one in Python and an `angle` [rad], it leads to
+    the velocity to which the preferred control leads, turned.
+    """
+    robot, parts = tables.robots.each[i], tables.objectives
+    if robot.objective == IN_PYTHON:
+        preferred_in_python(i, r, angle, tables, u)
+        return
+    mixed = robot.objective == MIXED
+    part = np.zeros(3) if mixed else u
+    for p in range(len(parts.kind) if mixed else 1):
+        if mixed:
+            take_part(robot, p, parts)
+        preferred_by_part(i, r, angle, tables, scratch, part)
+        for axis in range(3 if mixed else 0):
+            u[axis] = (u[axis] if p > 0 else 0.0) + parts.weight[p] * part[axis]
+    if mixed:
+        robot.objective = MIXED
+
+
+@kernel
+def preferred_in_python(i: int, r: int, angle: float, tables: DecisionTables, u: Array) -> None:
+    """Write the control of response r that an objective in Python prefers into u (3,), see `preferred_control`."""
+    robot, objectives, shares = tables.robots.each[i], tables.objectives, tables.responses.each[r].settled_velocity
+    call_back(objectives.address, PREFERRED, r - tables.responses.kinds[robot.kind], 0.0, 0.0)
+    copy_into(u, objectives.preferred)
+    if angle != 0.0:
+        drift, reached = np.zeros(3), np.zeros(3)
+        for axis in range(3):
+            drift[axis] = shares[0] * robot.velocity[axis] + shares[1] * robot.acceleration[axis]
+            reached[axis] = drift[axis] + shares[2] * u[axis]
+        turn(reached, angle)
+        for axis in range(3):
+            u[axis] = (reached[axis] - drift[axis]) / shares[2]
+
+
+@inlined
+def turn(velocity: Array, angle: float) -> None:
+    """Turn a velocity (d,) [m/s] by an angle [rad] about the third axis."""
+    c, s = np.cos(angle), np.sin(angle)
+    velocity[0], velocity[1] = c * velocity[0] - s * velocity[1], s * velocity[0] + c * velocity[1]
+
+
+@inlined
+def preferred_by_part(i: int, r: int, angle: float, tables: DecisionTables, scratch: Scratch, u: Array) -> None:
+    """Write the control of response r that robot i prefers by an objective without parts into u (3,).
+
+    To follow an acceleration: the control that begins with it. To pass through its goal: the control that reaches it at
+    the earliest time. Otherwise, or if no admissible control does: the control that settles at the desired velocity.
+    With `angle` [rad], for a detour: at that velocity, turned.
+    """
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robot = robots.each[i]
+    if robot.objective == FOLLOW_ACCELERATION:
+        initial = responses.each[r].initial_acceleration
+        for axis in range(settings.dimension):
+            drift = initial[0] * robot.velocity[axis] + initial[1] * robot.acceleration[axis]
+            u[axis] = (robot.wanted[axis] - drift) / initial[2]
+        return
+    if (
+        angle == 0.0
+        and robot.objective == ARRIVE
+        and robot.final
+        and not robot.stop
+        and earliest_aim(i, r, tables, scratch, u)
+    ):
+        return
+    d, position, velocity, desired = settings.dimension, scratch.position, scratch.velocity, scratch.desired_velocity
+    step = responses.each[r].step
+    # To pass, from the position that the robot will have then; a detour starts at the present position.
+    ahead = step if angle == 0.0 and not robot.stop else 0.0
+    for axis in range(d):
+        velocity[axis] = robot.velocity[axis]
+        position[axis] = robot.position[axis] + ahead * velocity[axis]
+    desired_velocity(i, settings.now + ahead, step, position, velocity, robots, tables.targets, scratch)
+    if angle != 0.0:
+        turn(desired, angle)
+    shares = responses.each[r].settled_velocity
+    for axis in range(d):
+        u[axis] = (desired[axis] - (shares[0] * velocity[axis] + shares[1] * robot.acceleration[axis])) / shares[2]
+
+
+@kernel
+def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Array) -> bool:
+    """Write the control of response r under which robot i is at its target soonest into u (3,).
+
+    Times are sought on a grid in geometric progression; the first success is then refined. Returns whether an
+    admissible control reaches the target at one of them. No admissible control exceeds the larger of the present and
+    the maximum speed within the horizon, so a target at rest is not reached sooner than at that speed.
+    """
+    robots, responses, targets, settings = tables.robots, tables.responses, tables.targets, tables.settings
+    robot = robots.each[i]
+    limits = admissible_set(i, r, robots, responses, tables.bounds)
+    target_state(i, settings.now, robots, targets, scratch.target, scratch.target_velocity)
+    square, top, speed = 0.0, robot.max_speed, 0.0
+    for axis in range(settings.dimension):
+        square += squared(scratch.target[axis] - robot.position[axis])
+        speed += squared(robot.velocity[axis])
+    straight = (np.sqrt(square) - responses.each[r].error) / max(top, np.sqrt(speed)) * (1.0 - FASTEST_SLACK)
+    soonest = 0.0 if robot.moving else min(straight, settings.horizon)
+    latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robot.max_acceleration), 2.0 * AIM_FIRST)
+    ratio = (latest / AIM_FIRST) ** (1.0 / (AIM_TIMES - 1))
+    before, t, found = 0.0, AIM_FIRST, False
+    for _ in range(AIM_TIMES):
+        found = t >= soonest and excess_at_target(i, r, t, limits, tables, scratch, u) <= 0.0
+        if found:
+            break
+        before, t = t, t * ratio
+    if not found:
+        return False
+    if soonest > before and excess_at_target(i, r, soonest, limits, tables, scratch, u) <= 0.0:
+        return True
+    return first_admissible(i, r, max(before, soonest), t, limits, tables, scratch, u)
+
+
+@kernel
+def first_admissible(
+    i: int, r: int, early: float, late: float, limits: Array, tables: DecisionTables, scratch: Scratch, u: Array
+) -> bool:
+    """Write the control of response r that reaches the target at the earliest time from `early` to `late` [s] into u.
+
+    The one of `late` is admissible, that of `early` is not. Regula falsi, with halved values where one end stays.
+    """
+    f = excess_at_target(i, r, early, limits, tables, scratch, u)
+    g, side = excess_at_target(i, r, late, limits, tables, scratch, u), 0
+    for _ in range(AIM_STEPS):
+        if late - early <= AIM_ROOT * late or g == 0.0:
+            break
+        t = 0.5 * (early + late) if not np.isfinite(f) else (early * g - late * f) / (g - f)
+        if not early < t < late:
+            t = 0.5 * (early + late)
+        h = excess_at_target(i, r, t, limits, tables, scratch, u)
+        if h > 0.0:
+            early, f = t, h
+            g *= 0.5 if side < 0 else 1.0
+            side = -1
+        else:
+            late, g = t, h
+            f *= 0.5 if side > 0 else 1.0
+            side = 1
+    return excess_at_target(i, r, late, limits, tables, scratch, u) <= 0.0
+
+
+@kernel
+def excess_at_target(
+    i: int, r: int, t: float, limits: Array, tables: DecisionTables, scratch: Scratch, u: Array
+) -> float:
+    """How far the control of response r that is at the target of robot i after t [s] is outside of `limits` (l, 5).
+
+    That control goes into u (3,); not above 0 if it is admissible, inf if there is none.
+    """
+    robots, settings = tables.robots, tables.settings
+    robot = robots.each[i]
+    of_velocity, of_acceleration, gain = position_shares(r, t, tables.responses)
+    if not gain > 0.0:
+        return np.inf
+    target_state(i, settings.now + t, robots, tables.targets, scratch.target, scratch.target_velocity)
+    for axis in range(settings.dimension):
+        drift = robot.position[axis] + of_velocity * robot.velocity[axis]
+        u[axis] = (scratch.target[axis] - (drift + of_acceleration * robot.acceleration[axis])) / gain
+    return excess(limits, u)
+
+
+@kernel
+def position_shares(r: int, t: float, responses: ResponseTable) -> tuple[float, float, float]:
+    """Shares of velocity [s], acceleration [s^2] and control in the displacement under response r after t [s].
+
+    After the end of its table the motion goes on in a straight line.
+    """
+    first, last = responses.first[r], responses.first[r + 1]
+    low, high = first, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        if responses.knots[middle + r] <= t:
+            low = middle
+        else:
+            high = middle
+    begin, end = responses.knots[low + r], responses.knots[low + r + 1]
+    x, beyond = min((t - begin) / (end - begin), 1.0), max(t - end, 0.0) * 3.0 / (end - begin)
+    piece = responses.pieces[low]
+    v, a, g = piece.velocity_gain, piece.acceleration_gain, piece.gain
+    return (
+        value(v[0], v[1], v[2], v[3], x) + beyond * (v[3] - v[2]),
+        value(a[0], a[1], a[2], a[3], x) + beyond * (a[3] - a[2]),
+        value(g[0], g[1], g[2], g[3], x) + beyond * (g[3] - g[2]),
+    )
+
+
+@kernel
+def optimistic_costs(i: int, detour: int, closed: Flags, tables: DecisionTables, search: ResponseSearch) -> None:
+    """Write preferred controls and optimistic costs [s] of all responses that are not `closed` (k,) into `search`.
+
+    `detour`: 0 the straight line to the target, else the number of the detour.
+    """
+    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    first, angle = responses.kinds[robots.each[i].kind], 0.0 if detour == 0 else settings.detours[detour - 1]
+    for k in range(len(closed)):
+        if not closed[k]:
+            r, at = first + k, detour * len(closed) + k
+            preferred_control(i, r, angle, tables, search.scratch, search.preferred[at])
+            search.costs[at] = optimistic_cost(i, r, search.preferred[at], tables, search.scratch)
+
+
+@kernel
+def first_least(costs: Array) -> int:
+    """The first entry of `costs` (n,) [s] that is the least up to COST_TIE."""
+    least = np.inf
+    for k in range(len(costs)):
+        least = min(least, costs[k])
+    for k in range(len(costs)):
+        if costs[k] <= least + COST_TIE:
+            return k
+    return -1

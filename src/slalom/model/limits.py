@@ -1,0 +1,252 @@
+"""The limits of a robot as a set of controls: the admissible set."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import sqrt
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom import kernels
+from slalom.base.checks import (
+    STATE,
+    Array,
+    Checked,
+    Positive,
+    check_fields,
+    has,
+    listing,
+    number,
+    positive,
+    unit,
+    vector,
+    vectors,
+)
+from slalom.base.tolerances import ADMISSIBLE
+from slalom.model.bounds import Bound, HalfSpaces
+from slalom.model.state import Affine, State
+
+
+@dataclass(frozen=True, eq=False)
+class Admissible:
+    """A convex set of controls: the intersection of balls and half-spaces.
+
+    {u: |u - centers[i]| <= radii[i], normals[j] . u <= offsets[j]}, with unit normals. It must be bounded by at
+    least one ball when `select` uses it.
+    """
+
+    centers: Array
+    radii: Array
+    normals: Array
+    offsets: Array
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.centers.shape[1])
+
+    @property
+    def largest(self) -> float:
+        """An upper bound of the norms of all controls in the set; inf without a ball."""
+        return float((np.linalg.norm(self.centers, axis=1) + self.radii).min(initial=np.inf))
+
+    def excess(self, controls: npt.ArrayLike) -> Array:
+        """By how much controls (..., d) leave the set, (...): the largest signed distance to a boundary."""
+        u = vectors(controls, "controls", self.dimension)
+        outside = np.linalg.norm(u[..., None, :] - self.centers, axis=-1) - self.radii
+        beyond = u @ self.normals.T - self.offsets
+        return np.asarray(np.concatenate([outside, beyond], axis=-1).max(axis=-1))
+
+    def holds(self, controls: Array) -> npt.NDArray[np.bool_]:
+        """Whether controls (n, d), taken as they are, are in the set without any tolerance: (n,)."""
+        inside = kernels.in_balls(controls, self.centers, self.radii)
+        if len(self.offsets):
+            inside &= (controls @ self.normals.T <= self.offsets).all(axis=1)
+        return inside
+
+    def contains(self, controls: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether controls (..., d) are in the set, up to the relative tolerance ADMISSIBLE."""
+        scale = 1.0 + np.concatenate([self.radii, np.abs(self.offsets)]).max(initial=0.0)
+        return np.asarray(self.excess(controls) <= ADMISSIBLE * scale)
+
+    def toward(self, control: Array) -> Array:
+        """The point nearest to `control` (d,) of the smallest ball, in which all controls of the set are."""
+        k = int(self.radii.argmin())
+        away = control - self.centers[k]
+        length = sqrt(away.dot(away))
+        return control if length <= self.radii[k] else np.asarray(self.centers[k] + away * (self.radii[k] / length))
+
+    def compromise(self, control: Array) -> Array:
+        """A control for when no control is in the set: projected on one boundary after the other, the last ball last.
+
+        In the sets that `Limits` makes the last ball is the acceleration limit: that one is obeyed.
+        """
+        for _ in range(100):
+            for normal, offset in zip(self.normals, self.offsets):
+                control = control - max(0.0, float(normal @ control) - offset) * normal
+            for center, radius in zip(self.centers, self.radii):
+                away = control - center
+                control = center + away * min(1.0, radius / max(float(np.linalg.norm(away)), 1e-300))
+        return control
+
+    @cached_property
+    def table(self) -> Array:
+        """`rows`, made once and not to be written to."""
+        return self.rows()
+
+    def rows(self) -> Array:
+        """The boundaries as the kernels take them, (n, 5), see `kernels/geometry/boundaries.py`."""
+        balls, flats = len(self.radii), len(self.offsets)
+        rows = np.zeros((balls + flats, 5))
+        rows[:balls, 0] = -1.0
+        rows[:balls, 1 : 1 + self.dimension] = self.centers
+        rows[:balls, 4] = self.radii
+        if flats:
+            rows[balls:, 1 : 1 + self.dimension] = self.normals
+            rows[balls:, 4] = self.offsets
+        return rows
+
+
+def admissible_ball(center: npt.ArrayLike, radius: float) -> Admissible:
+    """The controls within `radius` > 0 of `center` (d,)."""
+    middle = vector(center, "center")
+    return Admissible(middle[None], np.array([positive(radius, "radius")]), np.empty((0, middle.size)), np.empty(0))
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpace:
+    """The vectors x with normal . x <= offset; `normal` (d,) of any length but 0."""
+
+    normal: Checked = Checked(vector)
+    offset: float  # type: ignore[misc]  # the field before it has no default: Checked is a descriptor
+
+    def __post_init__(self) -> None:
+        normal, length = unit(self.normal, "normal")
+        object.__setattr__(self, "normal", normal)
+        object.__setattr__(self, "offset", number(self.offset, "offset") / length)
+
+
+class Limited(Protocol):
+    """The maps of the control that limits bound for a response, see `response.Response`."""
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        """Maps whose norms bound the speed."""
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        """Maps whose norms bound the acceleration."""
+
+    def settled(self, horizon: float) -> float:
+        """Time [s] at which the control has had its effect on the velocity."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a robot: the maximum speed [m/s] and acceleration [m/s^2], both Euclidean norms, and bounds.
+
+    `velocity_bounds` and `acceleration_bounds` are half-spaces in which the velocity and the acceleration must stay.
+    `bounds` are sets that depend on the state (see `slalom.model.bounds`): friction ellipse, box, polygon, heading
+    cone, turning radius, least speed.
+
+    Guarantee of bounds in the frame of the body. Acceleration and velocity along the predicted motion are in the set
+    *as it is at the decision*. So is the acceleration at the decision. While a control is held the body turns and the
+    set with it, so the later motion may leave the set of its own time. A navigator tests `allows` at every decision and
+    keeps no manoeuvre that has left it. The applied acceleration is therefore always in the set of that decision,
+    unless the outcome states that no control is.
+
+    Raises:
+        InvalidInput: a limit that is not above 0.
+    """
+
+    max_speed: Positive
+    max_acceleration: Positive
+    velocity_bounds: tuple[HalfSpace, ...] = field(default=())
+    acceleration_bounds: tuple[HalfSpace, ...] = field(default=())
+    bounds: tuple[Bound, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for name, members, expected in _BOUNDS:
+            given = getattr(self, name)
+            listing(given, "a tuple of bounds", name)
+            for k, bound in enumerate(given):
+                has(bound, members, expected, f"{name}[{k}]")
+
+    @property
+    def braking(self) -> float:
+        """The deceleration [m/s^2] that the robot can reach at any speed and heading, by its `bounds`."""
+        return min([self.max_acceleration, *(bound.braking for bound in self.bounds)])
+
+    def allows(self, state: State, acceleration: Array, period: float) -> bool:
+        """Whether a robot in `state` may hold an acceleration (d,) [m/s^2] for `period` [s] by all `bounds`.
+
+        Up to the relative tolerance ADMISSIBLE. The norms and the half-spaces, which do not turn, are not tested.
+        """
+        for bound in self.bounds:
+            normals, offsets = bound.half_spaces(state)
+            x = acceleration if bound.of == "acceleration" else state.velocity + period * acceleration
+            if np.any(normals @ x > offsets + ADMISSIBLE * (1.0 + np.abs(offsets))):
+                return False
+        return True
+
+    def admissible(self, response: Limited, state: State, horizon: float) -> Admissible:
+        """The controls that keep a robot in `state` within the limits up to `horizon` [s].
+
+        A robot above its speed limit cannot obey it at once: `kernels.allowed_speed` bounds its speed at
+        the time at which the control has settled.
+
+        Raises:
+            InvalidInput: something else than a response or a state, a horizon that is not above 0.
+        """
+        has(response, ("speed_peaks", "settled"), "a response, such as Acceleration()", "response")
+        has(state, *STATE, "state")
+        positive(horizon, "horizon")
+        speed_peaks = response.speed_peaks(state, horizon)
+        acceleration_peaks = response.acceleration_peaks(state, horizon)
+        speed = sqrt(state.velocity.dot(state.velocity))
+        fastest = kernels.allowed_speed(self.max_speed, speed, self.braking, response.settled(horizon))
+        centers, radii, normals, offsets = [], [], [], []
+        for peak in speed_peaks:
+            centers.append((0.0 - peak.drift) / peak.gain)
+            radii.append(fastest / float(peak.gain))
+        for peak in acceleration_peaks:
+            if peak.gain:
+                centers.append((0.0 - peak.drift) / peak.gain)
+                radii.append(self.max_acceleration / abs(float(peak.gain)))
+        for bounds, peaks in ((self.velocity_bounds, speed_peaks), (self.acceleration_bounds, acceleration_peaks)):
+            for bound in bounds:
+                vector(bound.normal, "normal of a bound", state.dimension)
+                for peak in peaks:
+                    gain = float(peak.gain)
+                    if gain:
+                        normals.append(bound.normal * np.sign(gain))
+                        offsets.append((bound.offset - float(bound.normal @ peak.drift)) / abs(gain))
+        d = state.dimension
+        middles, sizes = np.array(centers).reshape(-1, d), np.array(radii)
+        flats = [(np.array(normals).reshape(-1, d), np.array(offsets))] if normals else [_NONE[d]]
+        for turning in self.bounds:
+            half_spaces, smallest = turning.half_spaces(state), int(np.argmin(sizes))
+            for peak in speed_peaks if turning.of == "velocity" else acceleration_peaks:
+                if peak.gain:
+                    flats.append(_inverse(half_spaces, peak, middles[smallest], sizes[smallest]))
+        return Admissible(middles, sizes, *(flats[0] if len(flats) == 1 else map(np.concatenate, zip(*flats))))
+
+
+_BOUNDS = (
+    ("velocity_bounds", ("normal", "offset"), "a HalfSpace"),
+    ("acceleration_bounds", ("normal", "offset"), "a HalfSpace"),
+    ("bounds", ("of", "half_spaces"), "a bound, such as Friction(...)"),
+)
+"""The bounds of `Limits`: name, members and meaning of each."""
+
+_NONE = {d: (np.empty((0, d)), np.empty(0)) for d in (2, 3)}
+"""No half-spaces, by dimension."""
+
+
+def _inverse(half_spaces: HalfSpaces, peak: Affine, center: Array, radius: float) -> HalfSpaces:
+    """The controls whose image under `peak` is in the half-spaces, without those that hold all of a ball."""
+    normals, offsets = half_spaces
+    gain = float(peak.gain)
+    turned, moved = normals * np.sign(gain), (offsets - normals @ peak.drift) / abs(gain)
+    cuts = turned @ center + radius > moved
+    return turned[cuts], moved[cuts]

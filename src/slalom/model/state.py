@@ -1,0 +1,76 @@
+"""State of a robot or an observed obstacle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.base.checks import Array, number, vector
+from slalom.base.errors import InvalidInput
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Position [m], velocity [m/s] and acceleration [m/s^2] in the world frame, each (d,), d = 2 or 3.
+
+    The acceleration is the one applied up to now. Only responses that start from it (jerk) and forecasts use it.
+
+    `heading` [rad], in the plane only, is the direction of the x axis of the body. Bounds in the frame of the body are
+    then along it. None: along the velocity.
+
+    Raises:
+        InvalidInput: values that are not finite, or of different dimensions; a heading in space.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    heading: float | None
+
+    def __init__(
+        self,
+        position: npt.ArrayLike,
+        velocity: npt.ArrayLike,
+        acceleration: npt.ArrayLike | None = None,
+        heading: float | None = None,
+    ) -> None:
+        checked_position = vector(position, "position")
+        object.__setattr__(self, "position", checked_position)
+        object.__setattr__(self, "velocity", vector(velocity, "velocity", checked_position.size))
+        acceleration_or_zero = np.zeros(checked_position.size) if acceleration is None else acceleration
+        object.__setattr__(self, "acceleration", vector(acceleration_or_zero, "acceleration", checked_position.size))
+        object.__setattr__(self, "heading", None if heading is None else number(heading, "heading"))
+        if heading is not None and checked_position.size == 3:
+            raise InvalidInput(f"heading: expected none in space, found {heading:g}")
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.position.size
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Maps of the control that are affine with a scalar gain.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Affine:
+    """Affine map u -> drift + gain * u from controls (d,) to the workspace, at one time or at many.
+
+    `drift` is (..., d) and `gain` is (...): one map per leading index. The drift of a position map is the position of
+    the robot under u = 0. It is the flow of the drift vector field of control theory, not the field.
+
+    slalom uses the map in four ways. The inverse image of an obstacle is avoided, that of the speed limit is
+    admissible, and that of the goal is the target. The map itself moves the simulated robot.
+    """
+
+    drift: Array
+    gain: Array
+
+    def __call__(self, control: Array) -> Array:
+        """Image of `control` (..., d), broadcast against the leading shape of the map."""
+        return self.drift + self.gain[..., None] * control
+
+    def inverse(self, point: Array) -> Array:
+        """Control (..., d) whose image is `point` (..., d). The gain must not be 0. Law: map(map.inverse(x)) = x."""
+        return np.asarray((point - self.drift) / self.gain[..., None])

@@ -1,0 +1,167 @@
+"""Bounds on the distance of an obstacle from its predicted position: a radius that grows with the prediction time."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import erf, exp, log, pi, sqrt
+from typing import Final, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.base.checks import Array, Fraction, NotNegative, check_fields
+from slalom.base.errors import InvalidInput
+
+
+@runtime_checkable
+class Uncertainty(Protocol):
+    """Radius [m] about the predicted position that contains the true one, at time t [s] >= 0 since the prediction.
+
+    Laws: the radius is 0 or more, non-decreasing and convex in t, so that linear interpolation between its values is an
+    upper bound.
+    """
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        """Radius (...) [m] at times t (...) [s] in `dimension`."""
+
+
+@dataclass(frozen=True)
+class BoundedError:
+    """Error of at most position + velocity t + acceleration t^2 / 2 (m, m/s, m/s^2), from sensors and intentions.
+
+    `velocity` and `acceleration` are the largest differences between the obstacle and the forecast.
+    """
+
+    position: NotNegative = 0.0
+    velocity: NotNegative = 0.0
+    acceleration: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        time = np.asarray(t, dtype=np.float64)
+        return np.asarray(self.position + time * (self.velocity + 0.5 * time * self.acceleration))
+
+
+@dataclass(frozen=True)
+class GaussianError:
+    """Independent Gaussian errors of position and velocity.
+
+    `position` [m] and `velocity` [m/s] are the standard deviations per axis. The obstacle leaves the radius, at any
+    time, with a probability of at most `probability`.
+
+    Let e and f be the two errors, and k^2 the chi-square quantile of that probability. It has d degrees of freedom for
+    each deviation above 0. In all other cases |e|^2 / position^2 + |f|^2 / velocity^2 <= k^2. Then, by Cauchy and
+    Schwarz, |e + f t| <= k sqrt(position^2 + velocity^2 t^2) at all times at once. A robot that stays outside this
+    radius collides with the obstacle with at most that probability over the whole horizon. The ellipsoid is the usual
+    Mahalanobis region of a Gaussian; Du Toit and Burdick, IEEE T-RO 28(1), 2012, use such bounds for chance
+    constraints. The radius for all times is derived here.
+    """
+
+    position: NotNegative
+    velocity: NotNegative = 0.0
+    probability: Fraction = 0.01
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        time = np.asarray(t, dtype=np.float64)
+        degrees = dimension * ((self.position > 0.0) + (self.velocity > 0.0))
+        deviation = np.sqrt(self.position**2 + (self.velocity * time) ** 2)
+        return np.asarray(chi_quantile(self.probability, degrees) * deviation if degrees else 0.0 * time)
+
+
+@dataclass(frozen=True)
+class KalmanError:
+    """Error of a constant-velocity Kalman filter that predicts: Gaussian, with accelerations that are white noise.
+
+    `position` [m] and `velocity` [m/s] are the largest standard deviations along any axis; `correlation` (0 to 1) is
+    that of both errors. `acceleration` [m/s^2/sqrt(Hz)] is the root of the spectral density of the accelerations. At
+    each time the obstacle is outside the radius with a probability of at most `probability`. Over all times of a
+    horizon it may be more.
+
+    The standard deviation at time t is sqrt(p^2 + 2 r p v t + v^2 t^2 + a^2 t^3 / 3). Source: Bar-Shalom, Li and
+    Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2. It is the norm of two
+    convex functions that do not decrease, and therefore convex. A negative correlation counts as 0, an upper bound.
+    """
+
+    position: NotNegative
+    velocity: NotNegative
+    correlation: NotNegative = 0.0
+    acceleration: NotNegative = 0.0
+    probability: Fraction = 0.05
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.correlation > 1.0:
+            raise InvalidInput(f"correlation: expected a number from 0 to 1, found {self.correlation:g}")
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        time = np.asarray(t, dtype=np.float64)
+        mixed = 2.0 * self.correlation * self.position * self.velocity
+        variance = self.position**2 + time * (mixed + time * (self.velocity**2 + time * self.acceleration**2 / 3.0))
+        return np.asarray(chi_quantile(self.probability, dimension) * np.sqrt(variance))
+
+
+@dataclass(frozen=True)
+class Aged:
+    """The uncertainty `of` a prediction that was made `age` [s] >= 0 before."""
+
+    of: Uncertainty
+    age: NotNegative
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        return self.of.radius(np.asarray(t, dtype=np.float64) + self.age, dimension)
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A `share` (0 or more) of the radius of another uncertainty."""
+
+    of: Uncertainty
+    share: NotNegative
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        return self.share * self.of.radius(t, dimension)
+
+
+@lru_cache(maxsize=64)
+def chi_quantile(probability: float, degrees: int) -> float:
+    """Value k that a chi-distributed number with `degrees` degrees of freedom exceeds with `probability`.
+
+    The number is the norm of `degrees` (2, 3, 4 or 6) independent standard normal numbers.
+    """
+    if degrees == 2:
+        return sqrt(-2.0 * log(probability))
+
+    def tail_probability(k: float) -> float:
+        half = 0.5 * k * k
+        if degrees == 3:
+            return 1.0 - erf(k / sqrt(2.0)) + sqrt(2.0 / pi) * k * exp(-half)
+        # For an even number 2 n: exp(-h) (1 + h + ... + h^(n - 1) / (n - 1)!), h = k^2 / 2.
+        terms = 1.0 + half if degrees == 4 else 1.0 + half + 0.5 * half * half
+        return terms * exp(-half)
+
+    low, high = 0.0, 50.0
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        if tail_probability(middle) > probability:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+UNCERTAINTIES: Final[dict[str, type[Uncertainty]]] = {
+    "bounded_error": BoundedError,
+    "gaussian_error": GaussianError,
+    "kalman_error": KalmanError,
+}
+"""Every uncertainty by the name that scenario files and recordings use."""

@@ -1,0 +1,1 @@
+"""Obstacles from measurements: tracks, limited sight, reciprocity, and radii of prediction errors."""

@@ -1,0 +1,222 @@
+"""Calibrated radii of predictions: which distance from the forecast held a chosen share of the errors so far."""
+
+from collections import deque
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.base.checks import (
+    TRACKS,
+    UNCERTAINTY,
+    Array,
+    Fraction,
+    Positive,
+    array_of,
+    check_fields,
+    has,
+    listing,
+    number,
+    positive,
+)
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import CONFORMAL_ERRORS, CONFORMAL_FEW, CONFORMAL_RATE, FIT_SLACK, WHOLE_COUNT
+from slalom.forecast.forecast import AtConstantVelocity, Forecast
+from slalom.model.trajectory import Trajectory
+from slalom.model.uncertainty import BoundedError, Uncertainty
+from slalom.obstacle.tracks import Tracks, told_apart
+
+
+class Coverage(NamedTuple):
+    """Measured share of errors within a calibrated radius, at one prediction time."""
+
+    lead: float  # [s] prediction time
+    promised: float  # share of the errors that the radius is to hold
+    measured: float  # share that it held; nan without an error
+    errors: int  # that were judged
+    radius: float  # [m] now
+
+
+class _Prediction(NamedTuple):
+    """A predicted position that an observation will judge."""
+
+    due: float  # [s] absolute time
+    position: Array  # (d,) [m]
+    radius: float  # [m] promised
+    weight: float  # [1] of its error, see `Calibration`
+
+
+@dataclass
+class _Lead:
+    """Errors at one prediction time."""
+
+    residuals: deque[float]  # [m] the newest CONFORMAL_ERRORS
+    weights: deque[float]  # [1] of these
+    level: float  # share of the residuals that the radius holds, adapted
+    held: int = 0
+    judged: int = 0
+
+
+@dataclass(eq=False)
+class Calibration:
+    """Radii that hold a chosen share of the errors of a forecast, from all errors that were observed so far.
+
+    For each prediction time the radius is the conformal quantile of the newest errors of all tracks. If the measured
+    share drifts from the confidence, the level of the quantile follows: by CONFORMAL_RATE for each error. Law: in the
+    long run the share of errors within the radius is `confidence`, unless errors keep exceeding all earlier ones.
+    Sources: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World, 2005, for the quantile; Gibbs and
+    Candes, Adaptive conformal inference under distribution shift, NeurIPS 2021, for the level.
+
+    Predictions of one track over 4 s that are made every 0.1 s overlap: 40 of their errors say as much as one. So an
+    error weighs the time since the track was predicted before, divided by the prediction time, at most 1. Weights count
+    for the correction of the quantile for few errors. They also count for the level, which would oscillate otherwise:
+    it changes with each error, and the effect is observed a prediction time later.
+
+    Until there are enough errors for the quantile, the radius is the largest one, at least that of `prior`. While the
+    weights are below CONFORMAL_FEW, it is also at least the radius of the prediction time before, extrapolated with the
+    square of the time. The forecast uses observed positions and velocities only, and an error is computed at its own
+    time: nothing uses the future.
+
+    Attributes:
+        confidence: share of the errors, between 0 and 1.
+        leads: [s] prediction times, increasing.
+        forecast: of the obstacles; it needs the present state only.
+        prior: of the errors before any is known.
+        max_gap: [s] between two observations of a track; a position within a longer gap is not interpolated, and its
+            error is not known.
+    """
+
+    confidence: Fraction = 0.9
+    leads: Sequence[float] = (0.25, 0.5, 1.0, 2.0)
+    forecast: Forecast = field(default_factory=AtConstantVelocity)
+    prior: Uncertainty = field(default_factory=lambda: BoundedError(0.0, 0.2))
+    max_gap: Positive = 1.0
+    _leads: list[_Lead] = field(default_factory=list, init=False, repr=False)
+    _last: dict[Hashable, tuple[float, Array]] = field(default_factory=dict, init=False, repr=False)
+    _pending: dict[Hashable, list[deque[_Prediction]]] = field(default_factory=dict, init=False, repr=False)
+    _dimension: int = field(default=2, init=False, repr=False)
+    _now: float = field(default=-np.inf, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        listing(self.leads, "prediction times", "leads")
+        self.leads = tuple(positive(lead, f"leads[{k}]") for k, lead in enumerate(self.leads))
+        if not self.leads or any(b <= a for a, b in zip(self.leads, self.leads[1:])):
+            raise InvalidInput(f"leads: expected increasing prediction times, found {list(self.leads)}")
+        has(self.prior, *UNCERTAINTY, "prior")
+        empty = partial(deque[float], maxlen=CONFORMAL_ERRORS)
+        self._leads = [_Lead(empty(), empty(), self.confidence) for _ in self.leads]
+
+    def observe(self, tracks: Tracks) -> None:
+        """Compare earlier predictions with the present observation, and predict anew.
+
+        Args:
+            tracks: the observation of one time, with ids that stay the same.
+
+        Raises:
+            InvalidInput: a time that is not after that of the last call; two equal ids.
+        """
+        has(tracks, *TRACKS, "tracks")
+        told_apart(tracks.ids, "tracks.ids")
+        if not tracks.t > self._now:
+            raise InvalidInput(
+                f"tracks.t: expected a time after {self._now:g} s, that of the last call; found {tracks.t:g}"
+            )
+        self._now, self._dimension = tracks.t, tracks.dimension
+        for id, state in zip(tracks.ids, tracks.states, strict=True):
+            self._judge(id, tracks.t, state[0])
+        radii = self.radii()
+        for id, motion in zip(tracks.ids, tracks.with_forecast(self.forecast).obstacles, strict=True):
+            self._predict(id, tracks.t, motion.trajectory, radii)
+        self._last = {id: (tracks.t, state[0]) for id, state in zip(tracks.ids, tracks.states, strict=True)}
+        self._pending = {id: self._pending[id] for id in tracks.ids}
+
+    def radii(self) -> Array:
+        """Radius (k,) [m] for each of the k prediction times."""
+        found, before, earlier = [], 0.0, 1.0
+        for lead, h in zip(self._leads, self.leads, strict=True):
+            known, enough = _quantile(lead)
+            if not enough and sum(lead.weights) < CONFORMAL_FEW:
+                known = max(known, before * (h / earlier) ** 2)
+            found.append(known if enough else max(known, float(self.prior.radius(h, self._dimension))))
+            before, earlier = known, h
+        return np.array(found)
+
+    @property
+    def error(self) -> BoundedError:
+        """The least bound of the form position + velocity t + acceleration t^2 / 2 that holds all radii."""
+        return enclosing_error(self.leads, self.radii())
+
+    @property
+    def coverage(self) -> tuple[Coverage, ...]:
+        """Confidence and measured share of errors within the radius, for each prediction time."""
+        return tuple(
+            Coverage(h, self.confidence, lead.held / lead.judged if lead.judged else np.nan, lead.judged, radius)
+            for h, lead, radius in zip(self.leads, self._leads, self.radii().tolist(), strict=True)
+        )
+
+    def _judge(self, id: Hashable, t: float, position: Array) -> None:
+        """Compare the predictions of a track with its positions between the last observation and this one."""
+        if id not in self._last:
+            self._pending[id] = [deque() for _ in self.leads]
+            return
+        before, place = self._last[id]
+        for lead, waiting in zip(self._leads, self._pending[id], strict=True):
+            while waiting and waiting[0].due <= t:
+                prediction = waiting.popleft()
+                if t - before > self.max_gap or prediction.due < before:
+                    continue
+                there = place + (prediction.due - before) / (t - before) * (position - place)
+                residual = float(np.linalg.norm(there - prediction.position))
+                held = residual <= prediction.radius
+                lead.residuals.append(residual)
+                lead.weights.append(prediction.weight)
+                lead.held, lead.judged = lead.held + held, lead.judged + 1
+                lead.level += CONFORMAL_RATE * prediction.weight * (self.confidence - held)
+                lead.level = min(max(lead.level, 0.0), 1.0)
+
+    def _predict(self, id: Hashable, t: float, motion: Trajectory, radii: Array) -> None:
+        """Predict the positions of a track at all prediction times from now."""
+        since = t - self._last[id][0] if id in self._last else np.inf
+        for waiting, h, radius, place in zip(
+            self._pending[id], self.leads, radii.tolist(), motion.position(t + np.array(self.leads)), strict=True
+        ):
+            waiting.append(_Prediction(t + h, place, radius, min(1.0, since / h)))
+
+
+def _quantile(lead: _Lead) -> tuple[float, bool]:
+    """The conformal quantile [m] of the errors and True; the largest of them and False where there are too few."""
+    n, count = len(lead.residuals), sum(lead.weights)
+    rank = np.ceil((count + 1.0) * lead.level - WHOLE_COUNT)
+    if rank > count or not n:
+        return max(lead.residuals, default=0.0), False
+    k = max(int(np.ceil(rank / count * n - WHOLE_COUNT)), 1) - 1
+    return float(np.partition(np.array(lead.residuals), k)[k]), True
+
+
+def enclosing_error(times: Iterable[float], radii: npt.ArrayLike) -> BoundedError:
+    """The bound position + velocity t + acceleration t^2 / 2 of least sum that is at least `radii` (k,) [m] at `times`.
+
+    `times` (k,) [s]. It is a linear programme in three numbers of at least 0, so one of its corners is the least.
+
+    Raises:
+        InvalidInput: other than k radii of at least 0.
+    """
+    t = np.array([number(time, "times") for time in times])
+    bound = array_of(radii, "radii", t.shape)
+    if not len(t) or bound.min() < 0.0:
+        raise InvalidInput(f"radii: expected some of at least 0 m, found {bound.tolist()}")
+    powers = np.stack([np.ones_like(t), t, 0.5 * t * t], axis=1)
+    sides, least = np.concatenate([powers, np.eye(3)]), np.concatenate([bound, np.zeros(3)])
+    chosen = np.array(list(combinations(range(len(sides)), 3)))
+    regular = np.abs(np.linalg.det(sides[chosen])) > 0.0
+    corners = np.linalg.solve(sides[chosen[regular]], least[chosen[regular]][..., None])[..., 0]
+    slack = FIT_SLACK * (1.0 + bound.max())
+    inside = (corners @ sides.T >= least - slack).all(axis=1)
+    best = corners[inside][np.argmin(corners[inside] @ powers.sum(axis=0))]
+    # Rounding may leave a number below 0 or a radius that is not reached, by less than the slack.
+    return BoundedError(max(float(best[0]), 0.0) + slack, *(max(float(x), 0.0) for x in best[1:]))

@@ -1,0 +1,445 @@
+"""Trajectories, shapes, bounds and limits as groups of an HDF5 file, and back."""
+
+import atexit
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any, Final, NamedTuple, TypeVar
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from slalom.base.checks import array, array_of, number, positive, shown
+from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.tolerances import (
+    HDF5_CONTENT,
+    HDF5_DEPTH,
+    HDF5_MEMORY,
+    HDF5_RATE,
+    HDF5_SECONDS,
+    HDF5_WAIT,
+    SHORTEST_PIECE,
+)
+from slalom.io.table import file_size
+from slalom.model.bounds import BOUNDS
+from slalom.model.goal import Goal
+from slalom.model.limits import HalfSpace, Limits
+from slalom.model.path import Path as CubicPath
+from slalom.model.path_goal import PathGoal
+from slalom.model.shape import SHAPES, Shape, Union
+from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
+from slalom.model.uncertainty import UNCERTAINTIES
+from slalom.obstacle import Headings, Obstacle
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Content of HDF5 files, read in another process, which a malformed file can neither hang nor crash for the caller.
+
+
+CHILD: Final = Path(__file__).with_name("hdf5_child.py")
+KIND: Final = "HDF5 recording"
+
+
+class Texts(NamedTuple):
+    """Texts of an attribute or a dataset in the order of its elements, and its shape."""
+
+    texts: list[str]
+    shape: tuple[int, ...]
+
+
+Value = npt.NDArray[Any] | Texts
+
+
+@dataclass(frozen=True)
+class Group:
+    """Attributes, groups and datasets of a group by name."""
+
+    attributes: dict[str, Value]
+    groups: dict[str, "Group"]
+    datasets: dict[str, Value]
+
+
+class Reader:
+    """The process that reads HDF5 files for this one, started when it is needed and after a file that it did not read.
+
+    Threads take turns. A process that was forked starts its own.
+    """
+
+    def __init__(self, program: Path) -> None:
+        self.program = program
+        self.forget()
+
+    def forget(self) -> None:
+        """Leave the process to the one that started it."""
+        self.turn = threading.Lock()
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def read(self, path: Path, size: int) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
+        """Return the line and the arrays of the answer for a file of `size` bytes; the line may hold a `mistake`."""
+        seconds, memory = HDF5_SECONDS + size / HDF5_RATE, int(HDF5_MEMORY) + 4 * size
+        request = [os.path.abspath(path), max(int(HDF5_CONTENT), size), HDF5_DEPTH, seconds, memory]
+        with self.turn:
+            process, late = self._started(), threading.Event()
+
+            def end() -> None:
+                late.set()
+                process.kill()
+
+            timer = threading.Timer(HDF5_WAIT * seconds, end)
+            timer.start()
+            try:
+                reply, arrays = self._exchange(process, request)
+            except BrokenPipeError:
+                reply, arrays = {}, []
+            finally:
+                timer.cancel()
+            if "tree" in reply and len(arrays) == len(reply["arrays"]):
+                return reply, arrays
+            code = self.close()
+        if late.is_set():
+            reply = {"mistake": f"one on which reading takes more than {HDF5_WAIT * seconds:.1f} s"}
+        elif code < 0 and signal.Signals(-code).name == "SIGPROF":
+            reply = {"mistake": f"one on which reading takes more than {seconds:.1f} s of processor time"}
+        return reply if "mistake" in reply else {"mistake": "one on which the HDF5 library crashes"}, []
+
+    def _exchange(
+        self, process: "subprocess.Popen[bytes]", request: list[Any]
+    ) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
+        """Return the bytes that the process writes; fewer than an answer if it ends before."""
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps(request).encode() + b"\n")
+        process.stdin.flush()
+        line = process.stdout.readline()
+        reply = json.loads(line) if line.endswith(b"\n") else {}
+        arrays = []
+        for name, shape in reply.get("arrays", ()):
+            array = np.empty(shape, np.dtype(name))
+            body = process.stdout.read(array.nbytes) if array.size else b""
+            if len(body) < array.nbytes:
+                break
+            array[...] = np.frombuffer(body, array.dtype).reshape(shape)
+            arrays.append(array)
+        return reply, arrays
+
+    def _started(self) -> "subprocess.Popen[bytes]":
+        if self.process is None:
+            # A thread of OpenBLAS takes address space, which counts as memory.
+            self.process = subprocess.Popen(
+                [sys.executable, "-P", str(self.program)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )
+        return self.process
+
+    def close(self) -> int:
+        """End the process and return its exit code; the next file starts another."""
+        process, self.process = self.process, None
+        if process is None:
+            return 0
+        for stream in (process.stdin, process.stdout):
+            assert stream is not None
+            with contextlib.suppress(BrokenPipeError):
+                stream.close()
+        return process.wait()
+
+
+READER: Final = Reader(CHILD)
+atexit.register(READER.close)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=READER.forget)
+
+
+def read_tree(path: Path) -> Group:
+    """Return the whole content of an HDF5 file that consists of groups, numbers and texts.
+
+    The process that reads it has a limit of processor time and of memory. Its start takes about 0.2 s; it reads
+    further files.
+
+    Raises:
+        InvalidFile: no such file, no HDF5, links, objects that occur twice, other types, content far larger than the
+            file, a file on which reading does not end within its limits.
+    """
+    reply, arrays = READER.read(path, file_size(path, KIND))
+    if "mistake" in reply:
+        raise InvalidFile([f"{path}: expected an {KIND}, found {reason(OSError(reply['mistake']))}"])
+    return _group(reply["tree"], arrays)
+
+
+def _group(tree: dict[str, Any], arrays: list[npt.NDArray[Any]]) -> Group:
+    """Return a group whose values are arrays and texts."""
+
+    def value(stored: Any) -> Value:
+        return arrays[stored] if isinstance(stored, int) else Texts(stored["texts"], tuple(stored["shape"]))
+
+    return Group(
+        {name: value(stored) for name, stored in tree["attributes"].items()},
+        {name: _group(inner, arrays) for name, inner in tree["groups"].items()},
+        {name: value(stored) for name, stored in tree["datasets"].items()},
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Trajectories, shapes, bounds and limits as groups of an HDF5 file, and back.
+
+
+FORMER_NAMES: Final = {
+    "place": "initial_position",
+    "speed": "initial_velocity",
+    "push": "initial_acceleration",
+}
+"""Current names of fields of trajectories in format 1, which `load_part` uses if the class lacks the old name."""
+HALF_SPACES: Final = ("velocity_bounds", "acceleration_bounds")
+T = TypeVar("T")
+
+
+def save_trajectory(group: Any, trajectory: Trajectory, start: float, end: float) -> None:
+    """Write the kind of the trajectory and its fields; reading gives the same curve to the bit.
+
+    A kind that is not in TRAJECTORIES (a composite, a Python function, a user's class) is saved as cubic pieces over
+    the run. They are within the error of its path.
+    """
+    save_part(group, in_files(trajectory, start, end), TRAJECTORIES)
+
+
+def in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
+    """The trajectory; its cubic pieces from start to end [s] if it is of a kind that files do not have."""
+    if type(trajectory) in TRAJECTORIES.values():
+        return trajectory
+    first, last = max(start, trajectory.span[0]), min(end, trajectory.span[1])
+    return as_polynomial(trajectory.path(first, max(last, first + SHORTEST_PIECE)))
+
+
+def save_part(group: Any, part: Any, kinds: Mapping[str, type]) -> None:
+    """Write the name of the part's class among `kinds`, and its fields."""
+    group.attrs["kind"] = next(name for name, cls in kinds.items() if type(part) is cls)
+    for item in fields(part):
+        value = getattr(part, item.name)
+        if isinstance(value, np.ndarray):
+            group[item.name] = value
+        elif value is not None:
+            group.attrs[item.name] = value
+
+
+def save_shape(group: Any, shape: Shape) -> None:
+    """Write a shape, or a union of shapes as numbered groups."""
+    if not isinstance(shape, Union):
+        save_part(group, shape, SHAPES)
+        return
+    group.attrs["kind"] = "union"
+    for k, part in enumerate(shape.shapes):
+        save_shape(group.create_group(str(k)), part)
+
+
+def as_polynomial(path: CubicPath) -> PiecewisePolynomial:
+    """Convert a path to cubic pieces in ascending powers of the time since the start of each piece."""
+    p0, p1, p2, p3 = (path.points[:, j] for j in range(4))
+    h = np.diff(path.times)
+    powers = np.stack([p0, 3 * (p1 - p0), 3 * (p2 - 2 * p1 + p0), p3 - 3 * p2 + 3 * p1 - p0], axis=1)
+    return PiecewisePolynomial(h, powers / h[:, None, None] ** np.arange(4)[None, :, None], float(path.times[0]))
+
+
+def member(members: Mapping[str, T], name: str) -> T:
+    """Return a member of a group. Raises InvalidInput if there is none."""
+    if name not in members:
+        raise InvalidInput(f"{name}: expected it in the file, found none")
+    return members[name]
+
+
+def numbers(values: Mapping[str, Value], name: str) -> npt.NDArray[Any]:
+    """Return the array of this name. Raises InvalidInput if there is none, or texts."""
+    found = member(values, name)
+    if isinstance(found, Texts):
+        raise InvalidInput(f"{name}: expected numbers, found {shown(found.texts)}")
+    return found
+
+
+def scalar(values: Mapping[str, Value], name: str) -> Any:
+    """Return the text or the number of this name. Raises InvalidInput if there is none, or an array."""
+    found = member(values, name)
+    if found.shape:
+        raise InvalidInput(f"{name}: expected one value, found shape {found.shape}")
+    return found.texts[0] if isinstance(found, Texts) else found[()]
+
+
+def text(values: Mapping[str, Value], name: str) -> str:
+    """Return the text of this name. Raises InvalidInput if there is none, or a number."""
+    found = scalar(values, name)
+    if not isinstance(found, str):
+        raise InvalidInput(f"{name}: expected text, found {found!r}")
+    return found
+
+
+def listed(group: Group, name: str) -> list[Group]:
+    """Return the groups 0, 1, ... of a group in their order; none if there is no such group."""
+    found = group.groups.get(name, Group({}, {}, {})).groups
+    return [member(found, str(k)) for k in range(len(found))]
+
+
+def load_obstacle(group: Group) -> Obstacle:
+    """Return an obstacle of a scenario."""
+    doubt, over_time = group.groups.get("uncertainty"), group.groups.get("headings")
+    # Files of older versions do not say it.
+    at_rest = scalar(group.attributes, "contact_at_rest") if "contact_at_rest" in group.attributes else True
+    return Obstacle(
+        load_shape(member(group.groups, "shape")),
+        load_part(member(group.groups, "trajectory"), TRAJECTORIES),
+        text(group.attributes, "name"),
+        scalar(group.attributes, "heading") if over_time is None else _headings(over_time),
+        None if doubt is None else load_part(doubt, UNCERTAINTIES),
+        contact_at_rest=at_rest,
+    ).of_scenario()
+
+
+def _headings(group: Group) -> Headings:
+    return Headings(numbers(group.datasets, "times"), numbers(group.datasets, "angles"))
+
+
+def load_goal(group: Group) -> Goal:
+    """Return the goal of the group of a robot."""
+    trajectory = load_part(member(group.groups, "goal"), TRAJECTORIES)
+    tolerance, stop = (scalar(group.attributes, name) for name in ("goal_tolerance", "goal_stop"))
+    path = group.groups.get("goal_path")  # files of older versions hold only the end of a path
+    if path is None:
+        return Goal(trajectory, tolerance, bool(stop))
+    speeds = numbers(path.datasets, "speeds") if "speeds" in path.datasets else None
+    lookahead = scalar(path.attributes, "lookahead")
+    return PathGoal(numbers(path.datasets, "points"), speeds, tolerance, bool(stop), lookahead=lookahead)
+
+
+def load_limits(group: Group, dimension: int) -> Limits:
+    """Return the limits of the group of a robot."""
+    velocity_bounds, acceleration_bounds = (_half_spaces(group, name, dimension) for name in HALF_SPACES)
+    max_speed, max_acceleration = (scalar(group.attributes, name) for name in ("max_speed", "max_acceleration"))
+    bounds = tuple(load_part(bound, BOUNDS) for bound in listed(group, "bounds"))
+    return Limits(max_speed, max_acceleration, velocity_bounds, acceleration_bounds, bounds)
+
+
+def _half_spaces(group: Group, name: str, dimension: int) -> tuple[HalfSpace, ...]:
+    stored = numbers(group.datasets, name)
+    rows = array_of(stored, name, (len(stored) if stored.ndim else 0, dimension + 1))
+    return tuple(HalfSpace(row[:-1], float(row[-1])) for row in rows)
+
+
+def load_shape(group: Group) -> Shape:
+    """Return a shape, or a union of shapes."""
+    if text(group.attributes, "kind") == "union":
+        return Union(tuple(load_shape(member(group.groups, str(k))) for k in range(len(group.groups))))
+    shape: Shape = load_part(group, SHAPES)
+    return shape
+
+
+def load_part(group: Group, kinds: Mapping[str, type]) -> Any:
+    """Return a part of one of `kinds`, whose constructor checks the values."""
+    kind = member(kinds, text(group.attributes, "kind"))
+    known = {item.name for item in fields(kind)}
+    values: dict[str, Any] = {
+        **{name: _value(value) for name, value in group.attributes.items() if name != "kind"},
+        **{name: _value(value) for name, value in group.datasets.items()},
+    }
+    given = {name if name in known else FORMER_NAMES.get(name, name): value for name, value in values.items()}
+    needed = {item.name for item in fields(kind) if item.default is MISSING and item.default_factory is MISSING}
+    if not needed <= set(given) <= known:
+        raise InvalidInput(f"{kind.__name__}: expected {', '.join(sorted(known))}, found {shown(sorted(given))}")
+    return kind(**given)
+
+
+def _value(value: Value) -> Any:
+    """Return a value as the constructor of a part expects it: a text, a number, or an array."""
+    if isinstance(value, Texts):
+        return value.texts if value.shape else value.texts[0]
+    return value if value.shape else value[()]
+
+
+def named_numbers(group: Group) -> dict[str, float]:
+    """Return the attributes of a group, each of which is a number."""
+    return {name: number(scalar(group.attributes, name), name) for name in group.attributes}
+
+
+def load_holds(run: Group) -> tuple[float, ...]:
+    """Return the holds [s]; none if the file states none."""
+    if "holds" not in run.datasets:
+        return ()
+    return tuple(positive(hold, "holds") for hold in array(numbers(run.datasets, "holds"), "holds").ravel().tolist())
+
+
+def unbounded(run: Group, name: str, *shape: int) -> npt.NDArray[np.float64]:
+    """Return an array of this shape, whose numbers may be infinite or nan: no arrival, no control of a peer."""
+    found = np.asarray(numbers(run.datasets, name), dtype=np.float64)
+    if found.shape != shape:
+        raise InvalidInput(f"{name}: expected an array of shape {shape}, found shape {found.shape}")
+    return found
+
+
+def texts(run: Group, name: str, *shape: int) -> tuple[tuple[str, ...], ...]:
+    """Return the texts (T, N) of each step and robot."""
+    found = member(run.datasets, name)
+    if not isinstance(found, Texts) or found.shape != shape:
+        raise InvalidInput(f"{name}: expected texts of shape {shape}, found {type(found).__name__} of {found.shape}")
+    steps, n = shape
+    return tuple(tuple(found.texts[k * n : (k + 1) * n]) for k in range(steps))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Units and meanings of the arrays in the HDF5 files of runs.
+
+
+ARRAYS: Final[Mapping[str, tuple[str, str]]] = {
+    "times": ("s", "(T + 1,) absolute times"),
+    "poses": ("m, rad", "(T + 1, N, d + 1) positions and, last, heading of the velocity"),
+    "twists": ("m/s, rad/s", "(T + 1, N, d + 1) velocities and, last, 0"),
+    "accelerations": ("m/s^2", "(T, N, d), constant over each step"),
+    "controls": ("of the response", "(T, N, d) controls of the committed manoeuvres"),
+    "responses": ("", "(T, N) responses of the committed manoeuvres as text, names of the methods of peers"),
+    "outcomes": ("", "(T, N) outcomes of the decisions, empty where none was due"),
+    "decision_times": ("s", "(T, N) wall clock of the decisions"),
+    "arrived": ("s", "(N,) absolute times of arrival, inf without one"),
+    "holds": ("s", "holds of the methods that hold an acceleration"),
+    "robots/*/velocity_bounds": ("1, m/s", "(n, d + 1) normals and, last, offsets of half-spaces"),
+    "robots/*/acceleration_bounds": ("1, m/s^2", "(n, d + 1) normals and, last, offsets of half-spaces"),
+    "robots/*/bounds/*/half_widths": ("m/s or m/s^2, as what is bounded", "of a box"),
+    "robots/*/bounds/*/corners": ("m/s or m/s^2, as what is bounded", "of a polygon"),
+    "robots/*/bounds/*/heading": ("1", "direction of the heading"),
+    "obstacles/*/headings/times": ("s", "of the angles of a heading"),
+    "obstacles/*/headings/angles": ("rad", "of the x axis of the shape"),
+    "*/initial_position": ("m", "of a trajectory"),
+    "*/initial_velocity": ("m/s", "of a trajectory"),
+    "*/initial_acceleration": ("m/s^2", "of a trajectory"),
+    "*/center": ("m", "of a circle"),
+    "*/normal": ("1", "of the plane of a circle"),
+    "*/times": ("s", "of a sampled trajectory"),
+    "*/positions": ("m", "of a sampled trajectory"),
+    "*/durations": ("s", "of the pieces of a polynomial"),
+    "*/coefficients": ("m, m/s, m/s^2, ...", "of the pieces, in ascending powers of the time since their start"),
+    "*/corners": ("m", "of a shape"),
+    "*/points": ("m", "of a shape"),
+    "*/start": ("m", "of a capsule"),
+    "*/end": ("m", "of a capsule"),
+}
+"""Units and meanings by the path of an array in the group of the run. A * stands for any part of a path; the first
+that fits counts."""
+
+
+def units_of(path: str) -> str:
+    """Return the unit of the array at a path, "" for texts and for arrays of parts of other packages."""
+    return next((unit for pattern, (unit, _) in ARRAYS.items() if fnmatchcase(path, pattern)), "")
+
+
+def add_units(run: Any) -> None:
+    """Give every array in the group of a run the attribute `units`."""
+
+    def add(name: str, member: Any) -> None:
+        if isinstance(member, h5py.Dataset):
+            member.attrs["units"] = units_of(name)
+
+    run.visititems(add)
