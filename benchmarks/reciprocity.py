@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 import slalom
-from slalom.base.tolerances import AT_REST
+from slalom.base.tolerances import REST
 from slalom.peers import PEERS, Discs, Team
 from slalom.sim import gallery
 from slalom.sim.run.states import integrate
@@ -123,7 +123,7 @@ def main() -> None:
                 built = (gallery.build(name, SETTINGS[name], seed=seed) for seed in range(arguments.seeds))
                 runs = [run(scenario, kind, yields=yields) for scenario in built]
                 arrivals = np.array([one.arrival for one in runs])
-                moved = sum(one.speed > AT_REST for one in runs)
+                moved = sum(one.speed > REST for one in runs)
                 print(
                     f"{name}, {'orca' if yields else 'never yield'}, {kind}: {np.isfinite(arrivals).sum()}, "
                     f"{arrivals[np.isfinite(arrivals)].mean():.2f}, {moved}, {min(r.clearance for r in runs):.4f}",

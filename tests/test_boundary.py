@@ -17,7 +17,7 @@ from slalom import (
     control_obstacle,
     kernels,
 )
-from slalom.base.tolerances import BOUNDARY
+from slalom.choice.control_obstacle import BOUNDARY
 from slalom.choice.envelope import RelativeMotion, Window, discs_bend, grazing_curves, may_meet, rows_of_corners, sample
 from slalom.choice.outline import boundary, closed_lines
 

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from slalom.base.tolerances import CIRCLE_ARC
-from slalom.kernels.guidance.traffic_circle import may_encounter, may_enter_circle, robot_rows
+from slalom.kernels.guidance.traffic_circle import CIRCLE_ARC, may_encounter, may_enter_circle, robot_rows
 
 SIZES = st.integers(1, 70)
 

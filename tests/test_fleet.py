@@ -26,11 +26,12 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.base.tolerances import COLLISION, COMMITTED_SLACK, METRIC
+from slalom.base.tolerances import COMMITTED_SLACK
 from slalom.kernels import detour_lengths
 from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches, single_robot_view
+from slalom.sim.measure.closest_approach import METRIC, between_robots, closest_approaches, single_robot_view
+from slalom.sim.measure.metrics import COLLISION
 from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
 from slalom.sim.run.states import RobotStates
 

@@ -7,8 +7,9 @@ import pytest
 from fleets import fleet_of, swap
 
 from slalom import METHODS, Disc, Fleet, Limits, Obstacle, Rectangle, Stationary, Tracks
-from slalom.base.tolerances import METRIC, PRIORITY_RATIO
+from slalom.fleet.settings import PRIORITY_RATIO
 from slalom.sim import gallery, simulate
+from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.run.states import integrate
 
 DT = 0.1

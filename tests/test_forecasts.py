@@ -34,8 +34,8 @@ from slalom import (
     Stationary,
     Trajectory,
 )
-from slalom.base.tolerances import REST, STRAIGHT_TURN_RATE as STRAIGHT
-from slalom.forecast.forecast import OBSERVING, predicted
+from slalom.base.tolerances import REST
+from slalom.forecast.forecast import OBSERVING, STRAIGHT_TURN_RATE as STRAIGHT, predicted
 from slalom.peers import contender
 
 LATER = np.linspace(0.0, 30.0, 301)

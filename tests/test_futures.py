@@ -27,9 +27,9 @@ from slalom import (
     control_obstacle,
     method,
 )
-from slalom.base.tolerances import LEAST_FUTURE
 from slalom.decision.futures import least_given_up, levels
 from slalom.forecast.forecast import FromModels, futures, predicted
+from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.sim import Robot, Scenario

@@ -7,8 +7,10 @@ import pytest
 from draws import draws
 
 from slalom import METHODS, Disc, Fleet, Goal, Limits, Obstacle, Polyline, State, Stationary
-from slalom.base.tolerances import BUCKET_WIDTH, PARKED_COST, REQUEST_BESIDE_AFTER, WALL_COST
 from slalom.kernels.guidance.grid_astar import (
+    BUCKET_WIDTH,
+    PARKED_COST,
+    WALL_COST,
     cell_costs,
     farthest_in_sight,
     goal_in_sight,
@@ -17,6 +19,7 @@ from slalom.kernels.guidance.grid_astar import (
     path_lengths,
     path_to_goal,
 )
+from slalom.kernels.guidance.priority_inheritance import REQUEST_BESIDE_AFTER
 from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
 from slalom.sim import Robot, Scenario, simulate

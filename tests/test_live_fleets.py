@@ -5,12 +5,11 @@ import pytest
 from live_views import kinds
 
 from slalom import Disc, Goal, Limits, Outcome, State, Stationary, method
-from slalom.base.tolerances import VIEW_PREDICTED, VIEW_PROJECTION_GRID
 from slalom.live import seen as nearest
-from slalom.live.control_space import NONE, OUTSIDE, Fields, planes_of, projections
+from slalom.live.control_space import NONE, OUTSIDE, VIEW_PROJECTION_GRID, Fields, planes_of, projections
 from slalom.live.messages import unpack
 from slalom.live.recorded import recorded
-from slalom.live.seen import Targets, reasons, seen_among, state_at
+from slalom.live.seen import VIEW_PREDICTED, Targets, reasons, seen_among, state_at
 from slalom.live.session import Session
 from slalom.sim import Recording, Robot, Scenario, gallery, simulate
 from slalom.sim.run.simulate import Run

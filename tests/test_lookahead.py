@@ -39,12 +39,13 @@ from slalom import (
     Stationary,
     method,
 )
-from slalom.base.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK, MARGIN_SHARES, METRIC
+from slalom.base.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK
+from slalom.lookahead.navigator import MARGIN_SHARES
 from slalom.lookahead.search import PredictedObstacles
 from slalom.obstacle.pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
-from slalom.sim.measure.closest_approach import closest_approaches
+from slalom.sim.measure.closest_approach import METRIC, closest_approaches
 from slalom.sim.run.simulate import decision_at
 
 ROUNDING = 1e-9

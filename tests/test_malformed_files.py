@@ -17,7 +17,7 @@ from test_formats import SAMPLES, WALK
 from test_scenario_file import EVERYTHING, GROUP
 
 from slalom import InvalidFile, SlalomError
-from slalom.base.tolerances import MESSAGE_LINE
+from slalom.base.errors import MESSAGE_LINE
 from slalom.cli import call
 from slalom.io.formats import read_recording
 from slalom.io.pedestrians import read_cases

@@ -8,12 +8,12 @@ from draws import draws
 from hypothesis import given, settings, strategies as st
 
 from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary, Union
-from slalom.base.tolerances import METRIC
 from slalom.forecast.forecast import FORECASTS, AcceleratingBriefly
 from slalom.forecast.linear import linear_forecast
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
+from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.measure.metrics import summary
 from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
 from slalom.sim.run.messages import Messages, messages_of

@@ -30,12 +30,17 @@ from slalom import (
     Union,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import ADJUSTMENT, COLLISION, METRIC, STALLED_SPEED
 from slalom.model.shape import round_shape
 from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches, nearest_clearances, positions_at
-from slalom.sim.measure.metrics import METRICS
+from slalom.sim.measure.closest_approach import (
+    METRIC,
+    between_robots,
+    closest_approaches,
+    nearest_clearances,
+    positions_at,
+)
+from slalom.sim.measure.metrics import ADJUSTMENT, COLLISION, METRICS, STALLED_SPEED
 
 
 def driven(

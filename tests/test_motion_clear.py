@@ -7,7 +7,7 @@ from fleets import FLEETS, last_decision
 from hypothesis import given, strategies as st
 
 from slalom import kernels
-from slalom.base.tolerances import BALL_WINDOWS, CANDIDATES, ELEMENTS
+from slalom.base.tolerances import CANDIDATES, ELEMENTS
 from slalom.kernels.arrays import Pieces
 from slalom.kernels.decision.bodies import new_bodies, obstacle_pieces
 from slalom.kernels.decision.costs import new_scratch
@@ -16,7 +16,7 @@ from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, 
 from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours, robots_in_reach
 from slalom.kernels.decision.paths import state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import relative_motion
-from slalom.kernels.decision.tables import Controls, DecisionSettings, ObstaclePieces, Paths
+from slalom.kernels.decision.tables import BALL_WINDOWS, Controls, DecisionSettings, ObstaclePieces, Paths
 from slalom.kernels.geometry.cubic import new_stack, value
 from slalom.kernels.relative_motion.segments import chord_distances
 from slalom.kernels.selection.candidates import nearest_admissible

@@ -47,11 +47,14 @@ from slalom import (
     advance,
     select,
 )
-from slalom.base.tolerances import ADJUSTMENT, COMMITTED_SLACK, COMPARED_COLLISION, COST_TIE, MIN_IMPROVEMENT
+from slalom.base.tolerances import COMMITTED_SLACK
 from slalom.decision.objective import preferred_control
+from slalom.kernels.decision.costs import COST_TIE
+from slalom.kernels.decision.policy import COMPARED_COLLISION, MIN_IMPROVEMENT
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
+from slalom.sim.measure.metrics import ADJUSTMENT
 
 PERIOD = 0.1
 PLANES = (2, 3)

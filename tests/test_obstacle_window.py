@@ -40,8 +40,9 @@ from slalom import (
     Trajectory,
     Uncertainty,
 )
-from slalom.base.tolerances import BALL_FILLED, INTERPOLATION
+from slalom.base.tolerances import INTERPOLATION
 from slalom.obstacle.pieces import Bodies, Reach
+from slalom.obstacle.table import BALL_FILLED
 from slalom.peers import contender
 
 WINDOWS = ((-0.8, 0.5), (0.0, 4.0), (1.0, 2.0), (3.3, 3.5), (6.5, 4.0), (30.0, 4.0))

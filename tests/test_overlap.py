@@ -27,8 +27,8 @@ from slalom import (
     Tracks,
     Union,
 )
-from slalom.base.tolerances import CONTACT_SLACK, OVERLAP, SHALLOW_OVERLAP
-from slalom.obstacle.window import ObstacleWindow
+from slalom.base.tolerances import CONTACT_SLACK, OVERLAP
+from slalom.obstacle.window import SHALLOW_OVERLAP, ObstacleWindow
 from slalom.sim.run.states import integrate
 
 PERIOD = 0.1

@@ -28,13 +28,13 @@ from slalom import (
     Stationary,
     Union,
 )
-from slalom.base.tolerances import COLLISION
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.peers import PEERS, Discs, Peer, Team, contender, discs, outlines
 from slalom.peers.others import Behaviours
 from slalom.sim import Recording, Robot, Scenario, compare, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import closest_approaches, single_robot_view
+from slalom.sim.measure.metrics import COLLISION
 
 NO_DISCS = Discs(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
 AVOIDING = [name for name in PEERS if not name.startswith("social_force")]  # to that others are points

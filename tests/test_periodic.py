@@ -21,13 +21,12 @@ from slalom import (
     Stationary,
     Tracks,
 )
-from slalom.base.tolerances import COLLISION, METRIC
 from slalom.kernels.guidance.plane import is_free
 from slalom.model.path import Path
 from slalom.obstacle.periodic import between, displaced, images_near, neighbours, to_nearest
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
-from slalom.sim.measure.closest_approach import between_robots, closest_approaches, single_robot_view
-from slalom.sim.measure.metrics import _clearances_at_steps, flips_between, side_flips
+from slalom.sim.measure.closest_approach import METRIC, between_robots, closest_approaches, single_robot_view
+from slalom.sim.measure.metrics import COLLISION, _clearances_at_steps, flips_between, side_flips
 from slalom.sim.run.fleet_decider import GuidedRun
 from slalom.sim.run.states import RobotStates
 

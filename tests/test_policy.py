@@ -39,8 +39,10 @@ from slalom import (
     Union,
     select,
 )
-from slalom.base.tolerances import CLEARANCE_STEPS, CONTACT_SLACK, COST_TIE, MIN_IMPROVEMENT
+from slalom.base.tolerances import CONTACT_SLACK
 from slalom.decision.objective import needs_goal, preferred_control
+from slalom.kernels.decision.costs import COST_TIE
+from slalom.kernels.decision.policy import CLEARANCE_STEPS, MIN_IMPROVEMENT
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.sim import Scenario, gallery, simulate
 from slalom.sim.measure.closest_approach import between_robots

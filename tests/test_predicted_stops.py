@@ -23,7 +23,7 @@ from slalom import (
     Stationary,
     Tracks,
 )
-from slalom.base.tolerances import STOP_DEPTH
+from slalom.kernels.decision.predicted_stops import STOP_DEPTH
 from slalom.sim.sweep.case import run_one
 
 NAO = METHODS["nao"]

@@ -31,8 +31,9 @@ from slalom import (
     Union,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import ADMISSIBLE, METRIC
+from slalom.base.tolerances import ADMISSIBLE
 from slalom.sim import Scenario, gallery, simulate
+from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.run.states import integrate
 
 DT = 0.1

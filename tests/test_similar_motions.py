@@ -7,16 +7,16 @@ import pytest
 
 from slalom import Disc, FromModels, InvalidInput, Obstacle, ObstacleWindow, Sampled, Stationary, kernels
 from slalom.base.checks import Array
-from slalom.base.tolerances import (
+from slalom.base.tolerances import SIMILAR_VELOCITY_SPAN
+from slalom.forecast.forecast import futures
+from slalom.kernels.arrays import TrackSamples
+from slalom.kernels.crowd.similar_motions import (
     SIMILAR_CANDIDATES,
     SIMILAR_DOUBT,
     SIMILAR_PLACE,
     SIMILAR_REACH,
     SIMILAR_VELOCITY,
-    SIMILAR_VELOCITY_SPAN,
 )
-from slalom.forecast.forecast import futures
-from slalom.kernels.arrays import TrackSamples
 from slalom.model.trajectory import Trajectory
 
 STEP = 0.1

@@ -7,9 +7,8 @@ import pytest
 
 import slalom
 from slalom import Decision, Disc, Goal, Limits, LookAhead, Navigator, Obstacle, Outcome, Sampled, State, Stationary
-from slalom.base.tolerances import SOONER_RISES, SOONER_SHARE
 from slalom.lookahead import navigator
-from slalom.lookahead.navigator import SequenceDecision
+from slalom.lookahead.navigator import SOONER_RISES, SOONER_SHARE, SequenceDecision
 
 NOW, RADIUS, MARGIN = 3.0, 0.25, 0.1
 LIMITS = Limits(1.5, 1.5)

@@ -9,7 +9,23 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import LARGEST, MAX_HORIZON, SHOWN, UNIT
+from slalom.base.tolerances import LARGEST
+
+UNIT: Final = 1e-14
+"""[1] By how much the length of a unit vector may differ from 1: such a vector is kept to the bit when read back."""
+
+SHOWN: Final = 200
+"""[1] Characters of a value that a message about a file shows.
+
+Larger: messages flood the terminal. Smaller: a mistake may lie in the part that is not shown.
+"""
+
+MAX_HORIZON: Final = 5000.0
+"""[s] Horizons, and durations for which accelerations are held; below LONGEST_FORECAST.
+
+Larger: predicted obstacles vanish within the horizon. Smaller: long horizons are refused.
+"""
+
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

@@ -4,7 +4,12 @@ import errno
 import re
 from typing import Final
 
-from slalom.base.tolerances import MESSAGE_LINE
+MESSAGE_LINE: Final = 1000
+"""[1] Characters of a line about a mistake in a file; a longer line is cut there.
+
+Larger: messages flood the terminal. Smaller: the list of formats, or of the keys of a part, is cut.
+"""
+
 
 REASONS: Final = {
     errno.ENOENT: "no such file or folder",

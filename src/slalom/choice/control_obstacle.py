@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ import shapely
 from slalom import kernels
 from slalom.base.checks import Array, each_number, not_negative, number, positive, refuse_kinds, vector, vectors
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import BOUNDARY, OVERLAP, REST_ROUNDING
+from slalom.base.tolerances import OVERLAP, REST_ROUNDING
 from slalom.choice.envelope import RelativeMotion, grazing_curves
 from slalom.choice.outline import boundary
 from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
@@ -23,6 +23,12 @@ from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, hull_corners, outline_parts
 from slalom.obstacle.window import ObstacleWindow
+
+BOUNDARY: Final = 2.5e-5
+"""[1] How far the drawn boundary of a control obstacle may be off, as a share of the radius of the window.
+
+Smaller by 4: twice as many points. It never decides about collisions.
+"""
 
 
 class Element(NamedTuple):

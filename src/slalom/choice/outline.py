@@ -5,14 +5,14 @@ points, of the grazing points of the corners' discs, and of whole edges at the t
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import COARSE_NORMALS, GRID, MAX_ARC_POINTS, STILL
+from slalom.base.tolerances import STILL
 from slalom.choice.envelope import (
     Bends,
     Meets,
@@ -30,6 +30,19 @@ from slalom.choice.envelope import (
     sample,
 )
 from slalom.kernels.arrays import Flags, Indices
+
+COARSE_NORMALS: Final = 0.05
+"""[rad] Angle between the normals of an outline outside the window of a boundary.
+
+Larger: a far outline that crosses the window may be missed. Smaller: more points that are not drawn.
+"""
+
+MAX_ARC_POINTS: Final = 65536
+"""[1] Largest number of points on such an arc within the window.
+
+Larger: more memory where a huge radius meets a small tolerance. Smaller: the boundary there is off by more than its
+tolerance.
+"""
 
 
 def hull_indices(points: Array) -> Indices:
@@ -271,6 +284,13 @@ def _sweep(times: Array, shape: Outline) -> Array:
 #
 # The curves of `envelope.py` include the whole boundary and possibly more. They divide the window into faces that are
 # free or blocked as a whole, so one control of each face is tested.
+
+
+GRID: Final = 1e-3
+"""[1] The grid on which curves of a boundary meet, as a share of its tolerance.
+
+Larger: corners move by as much. Smaller: below the rounding of a crossing, faces stay open and are lost.
+"""
 
 
 def boundary(

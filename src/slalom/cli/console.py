@@ -7,11 +7,24 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from cyclopts import Parameter, Token
 
 from slalom.base.errors import InvalidFile, InvalidInput, reason
+
+ESTIMATE_AFTER: Final = 3.0
+"""[s] Time after the first report of progress at which the command line estimates the rest.
+
+Larger: a better estimate. Smaller: an earlier one.
+"""
+
+LONG_COMMAND: Final = 30.0
+"""[s] Least remaining time of a command that the command line prints.
+
+Larger: fewer commands print it. Smaller: short commands print it too.
+"""
+
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
@@ -148,7 +161,6 @@ class _Estimate:
 
     def advance(self, share: float) -> None:
         """Note the share done, and print the estimate if the rest is long."""
-        from slalom.base.tolerances import ESTIMATE_AFTER, LONG_COMMAND
 
         now = time.monotonic()
         if self.begin is None:

@@ -55,10 +55,10 @@ COLUMNS: Final = (
 
 def with_values(text: str) -> str:
     """Return the description of a metric with values and units in place of the names of constants."""
-    from slalom.base import tolerances
+    from slalom.sim.measure import metrics
 
     for name, unit in CONSTANTS.items():
-        text = text.replace(name, f"{getattr(tolerances, name):g} {unit}")
+        text = text.replace(name, f"{getattr(metrics, name):g} {unit}")
     return text
 
 

@@ -7,13 +7,12 @@ from functools import cached_property, partial
 from logging import DEBUG, getLogger
 from math import dist
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import STATE, Array, has, not_before, not_negative, number
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import APPROACH_TIME
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre, state_after
@@ -155,6 +154,13 @@ def log(decision: "Decision") -> None:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The progress of a robot towards its goal, by which it is found to be stuck.
+
+
+APPROACH_TIME: Final = 0.1
+"""[s] A robot has made progress when it is nearer to its goal by what it drives in this time at its largest speed.
+
+Larger: slow robots count as stuck. Smaller: a robot that swings behind an obstacle may count as one that gets on.
+"""
 
 
 class Approach(NamedTuple):

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import AT_REST, DEEPER_BY, DEEPEST, SHALLOW_OVERLAP
+from slalom.base.tolerances import REST
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
 from slalom.decision.decision import Decision, Outcome, made
@@ -14,7 +15,19 @@ from slalom.decision.objective import Situation
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.shape import Shape
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import ObstacleWindow
+from slalom.obstacle.window import SHALLOW_OVERLAP, ObstacleWindow
+
+DEEPEST: Final = 1.0
+"""[m] A robot that gets deeper than this into an obstacle within one period, whatever it does, does not avoid it.
+
+Larger: more choices before such a decision. Smaller: fast obstacles that press a robot push it into others.
+"""
+
+DEEPER_BY: Final = (0.001, 0.004, 0.016, 0.064, 0.256)
+"""[m] By how much deeper into all obstacles a robot may get that overlaps some: the first with which it has a control.
+
+More of them: it gets less deep, and such decisions take longer. Larger: bodies that press it may push it through walls.
+"""
 
 
 def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:
@@ -98,7 +111,7 @@ def _too_late_to_stop(decision: Decision, s: Situation, period: float, others: C
 
 def _is_moving(obstacle: Obstacle, now: float) -> bool:
     """Whether an obstacle moves at `now` [s]."""
-    return bool(np.linalg.norm(obstacle.trajectory.velocity(now)) > AT_REST)
+    return bool(np.linalg.norm(obstacle.trajectory.velocity(now)) > REST)
 
 
 def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle) -> Decision:
@@ -111,7 +124,7 @@ def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle
 def stop(s: Situation, robot: Shape, obstacle_window: ObstacleWindow) -> Decision:
     """Decision of a robot that may be touched at rest and must not move into contact: rest, or brake hardest."""
     preferred = s.response.velocity(s.state, s.response.settled(s.horizon)).inverse(np.zeros(s.state.dimension))
-    outcome = Outcome.STOPPING if float(np.linalg.norm(s.state.velocity)) <= AT_REST else Outcome.BRAKING
+    outcome = Outcome.STOPPING if float(np.linalg.norm(s.state.velocity)) <= REST else Outcome.BRAKING
     control = nearest(preferred, s, robot)
     blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
     return Decision(Manoeuvre(s.response, s.state, control, s.now), outcome, preferred, made(blocked))

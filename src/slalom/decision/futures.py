@@ -2,13 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import numpy as np
 
 from slalom.base.checks import Array, NotNegative, check_fields, not_negative, or_infinite
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import PROBABILITY_SLACK
 from slalom.decision.decision import Decision, Outcome
 from slalom.kernels.arrays import Flags
 from slalom.model.goal import Goal
@@ -17,6 +16,14 @@ from slalom.obstacle.obstacle import Obstacle
 
 if TYPE_CHECKING:
     from slalom.decision.navigator import Navigator
+
+
+PROBABILITY_SLACK: Final = 1e-9
+"""[1] By how much the probabilities of the futures of one obstacle may exceed 1 together.
+
+Larger: wrong weights pass. Smaller: rounding of right ones is refused.
+"""
+
 
 D = TypeVar("D", bound=Decision)
 

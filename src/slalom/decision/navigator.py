@@ -23,7 +23,7 @@ from slalom.base.checks import (
     positive,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import ADMISSIBLE, AT_REST, CONTACT_SLACK, PATH_BRAKING
+from slalom.base.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING, REST
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
@@ -307,7 +307,7 @@ class Navigator:
         if previous is not None:
             # As it was planned: its path has been moved by errors of measured velocities.
             planned = previous.manoeuvre.velocity(now), previous.manoeuvre.acceleration(now)
-            own.resting[0] = max(np.abs(planned[0]).max(), np.abs(planned[1]).max()) <= AT_REST
+            own.resting[0] = max(np.abs(planned[0]).max(), np.abs(planned[1]).max()) <= REST
         if step is not None:
             own.max_speed[0], own.final[0] = step.max_speed, step.final
         tables, in_python = policy.decision(table, obstacles, request)

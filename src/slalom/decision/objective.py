@@ -22,12 +22,31 @@ from slalom.base.checks import (
 )
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import Kind, Registry
-from slalom.base.tolerances import AIM_ROUNDS, AT_REST, COARSE_SAMPLES, FINE_SAMPLES, FIRST_SAMPLE, IMMEDIATE
+from slalom.base.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, REST
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
 from slalom.model.response import Response
 from slalom.model.state import Affine, State
 from slalom.model.trajectory import Stationary, Trajectory
+
+AIM_ROUNDS: Final = 12
+"""[1] Rounds in which an objective in Python seeks the earliest aim, each between two times of the one before.
+
+Larger: more time than the last digit needs. Smaller: the aim is later than it could be.
+"""
+
+FINE_SAMPLES: Final = 17
+"""[1] Number of evenly spaced times from the last sample without an arrival to the first one with an arrival.
+
+They are refined once more. Larger: slower aims. Smaller: the arrival is later by a larger share of the interval.
+"""
+
+IMMEDIATE: Final = 1e-3
+"""[s] Least time at which `FollowVelocity` evaluates the velocity of a response.
+
+At 0 an acceleration has no effect on the velocity yet. Larger: the velocity is reached later. Much smaller: rounding of
+the quotient enters the control.
+"""
 
 
 class Aim(NamedTuple):
@@ -114,10 +133,10 @@ class Arrive:
             return (self._velocity_aim(s),)
         displacement = s.goal.position(s.now) - s.state.position
         latest = (
-            4.0 * sqrt(displacement.dot(displacement)) / s.limits.max_speed
-            + 4.0 * s.limits.max_speed / s.limits.max_acceleration
+            AIM_LATEST * sqrt(displacement.dot(displacement)) / s.limits.max_speed
+            + AIM_LATEST * s.limits.max_speed / s.limits.max_acceleration
         )
-        times = _geometric_times(max(latest, 2.0 * FIRST_SAMPLE))
+        times = _geometric_times(max(latest, 2.0 * AIM_FIRST))
         for _ in range(AIM_ROUNDS):
             maps = s.response.position(s.state, times)
             controls = maps.inverse(s.goal.position(s.now + times))
@@ -144,7 +163,7 @@ class Arrive:
         times = np.linspace(s.now, until, 2 if s.goal.stop else 9)
         away = s.goal.position(times) - motion.position(times)
         if s.goal.stop:
-            moves = np.linalg.norm(s.goal.velocity(times) - motion.velocity(times), axis=-1) > AT_REST
+            moves = np.linalg.norm(s.goal.velocity(times) - motion.velocity(times), axis=-1) > REST
             return None if np.any(moves | (np.linalg.norm(away, axis=-1) > s.goal.tolerance)) else 0.0
         for first, last, before, after in zip(times, times[1:], away, away[1:]):
             step = after - before
@@ -172,16 +191,16 @@ class Arrive:
         return Aim(s.response.velocity(s.state, step), desired)
 
 
-_COARSE, _FINE = np.arange(float(COARSE_SAMPLES)), np.arange(float(FINE_SAMPLES))
+_COARSE, _FINE = np.arange(float(AIM_TIMES)), np.arange(float(FINE_SAMPLES))
 
 
 def _geometric_times(last: float) -> Array:
     """COARSE_SAMPLES times [s] from FIRST_SAMPLE to `last` in geometric progression, as np.geomspace."""
-    first, end = np.log10(FIRST_SAMPLE), np.log10(last)
-    powers = _COARSE * ((end - first) / (COARSE_SAMPLES - 1.0)) + first
+    first, end = np.log10(AIM_FIRST), np.log10(last)
+    powers = _COARSE * ((end - first) / (AIM_TIMES - 1.0)) + first
     powers[-1] = end
     times: Array = np.power(10.0, powers)
-    times[0], times[-1] = FIRST_SAMPLE, last
+    times[0], times[-1] = AIM_FIRST, last
     return times
 
 

@@ -3,13 +3,13 @@
 from ctypes import c_void_p, cast
 from dataclasses import replace
 from math import hypot
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import TRACKS, Array, has, vector
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import AIM_LATEST, CONTACT_SLACK, REACH_SHARE
+from slalom.base.tolerances import AIM_LATEST, CONTACT_SLACK
 from slalom.decision.decision import Decision
 from slalom.decision.methods import margin_among
 from slalom.decision.objective import (
@@ -187,6 +187,14 @@ class ObjectiveInPython:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The tables from which one robot decides: what all its decisions have in common is made once.
+
+
+REACH_SHARE: Final = 1.25
+"""[1] A decision knows passive bodies up to this many times the distance at the largest speed within the horizon.
+
+Larger: more bodies are passed to each decision. Below 1: bodies that the robot can meet are left out. Just above 1: a
+committed manoeuvre that disturbances displace may lead to where bodies are left out, and is not kept then.
+"""
 
 
 class OwnTable(NamedTuple):

@@ -9,18 +9,12 @@ import numpy as np
 from slalom import kernels
 from slalom.base.checks import Array, vector
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import (
-    BALL_WINDOWS,
-    BRAKING_SHARE,
-    GOLDEN_ANGLE,
-    LINEAR_RESPONSE,
-    RESPONSE_WINDOWS,
-    SAME_POSITION,
-    TABLE_SPEED,
-)
+from slalom.base.tolerances import BRAKING_SHARE
 from slalom.forecast.linear import piecewise_polynomial
 from slalom.kernels.arrays import Corners, Flags, Indices, Records, zero_records
 from slalom.kernels.decision.tables import (
+    BALL_WINDOWS,
+    RESPONSE_WINDOWS,
     Bounds,
     DecisionSettings,
     GrownBodies,
@@ -44,6 +38,16 @@ from slalom.model.trajectory import PiecewisePolynomial, Stationary
 from slalom.obstacle.pieces import Reach, sum_of_shapes
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
+
+SAME_POSITION: Final = 1e-6
+"""[m] Robots that overlap and are nearer to each other than this leave in directions by their numbers.
+
+Larger: robots next to each other leave in directions that have nothing to do with their positions. Smaller than the
+rounding of positions: robots that start at one position stay together.
+"""
+
+GOLDEN_ANGLE: Final = 2.399963229728653
+"""[rad] Angle between the directions of robots that follow each other by number: no two directions are near."""
 
 
 def target_paths(goals: Sequence[Goal], start: float, end: float) -> tuple[TargetPaths, Flags]:
@@ -230,6 +234,19 @@ def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The responses of robots as tables, from which the compiled policy decides.
+
+
+LINEAR_RESPONSE: Final = 1e-9
+"""[1, m] Relative and absolute error up to which the motion under a response counts as linear in the state.
+
+Larger: a response that is not linear is predicted wrongly. Smaller: rounding refuses a linear one.
+"""
+
+TABLE_SPEED: Final = 100.0
+"""[m/s] The tables of responses whose motion is not cubic are within INTERPOLATION up to this speed.
+
+Larger: more pieces in every table. Smaller: the motion of faster robots is less exact than the clearance assumes.
+"""
 
 
 @lru_cache(maxsize=64)

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from copy import deepcopy
 from functools import partial
-from typing import NamedTuple
+from math import radians
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +28,7 @@ from slalom.base.checks import (
     whole_numbers,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import DETOURS, PATH_BRAKING, REST_DURATION
+from slalom.base.tolerances import PATH_BRAKING, REST_DURATION
 from slalom.decision import Outcome
 from slalom.decision.decision import Approaches
 from slalom.decision.methods import HOLDS, Method, margin_among
@@ -78,6 +79,14 @@ from slalom.perception.sight import Sight
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Robots with committed manoeuvres, their predictions of each other, and the decisions that change the manoeuvres.
+
+
+DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 60.0))
+"""[rad] Directions of detours of robots that meet each other, from the direction to the target; first to the right.
+
+More values: more choices per decision. Fewer: robots that block each other stop. Without those to the left: a robot
+with a wall at its right stops.
+"""
 
 
 class CommittedFleet:

@@ -9,12 +9,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import lru_cache
 from itertools import chain
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 
 from slalom import kernels
-from slalom.base.tolerances import ROBOTS_PER_THREAD
 from slalom.decision import Outcome
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import CellList, DecisionTables
@@ -51,6 +50,13 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The order in which the robots of a fleet decide.
+
+
+ROBOTS_PER_THREAD: Final = 20
+"""[1] Fewest robots whose decisions are worth a thread, and half the fewest per round that are worth rounds.
+
+Smaller: threads take longer to start than their robots to decide. Larger: fewer cores are used. It changes no decision.
+"""
 
 
 FallBack = Callable[[int], Outcome]

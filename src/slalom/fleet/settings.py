@@ -2,14 +2,13 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import LIMITS, METHOD, SHAPE, Array, each_number, has, listing, text, whole, whole_numbers
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import FORECAST_HORIZONS, PRIORITY_RATIO
 from slalom.decision.methods import Method
 from slalom.decision.tables import publish
 from slalom.forecast.linear import linear_forecast
@@ -18,6 +17,14 @@ from slalom.kernels.decision.tables import DecisionSettings, RobotTable
 from slalom.model.limits import Limits
 from slalom.model.shape import Shape
 from slalom.model.trajectory import ConstantAcceleration
+
+PRIORITY_RATIO: Final = 10.0
+"""[1] Largest ratio of the priorities of two robots in a fleet.
+
+Larger: a robot may leave almost all of the avoidance to the other, and more bodies are in reach of a decision.
+Smaller: less difference between robots.
+"""
+
 
 T = TypeVar("T")
 
@@ -111,6 +118,13 @@ def _each(value: T | Sequence[T], n: int) -> list[T]:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Robots of a fleet that decide by one method: their settings, and how they predict the other robots.
+
+
+FORECAST_HORIZONS: Final = 10.0
+"""[1] Duration of the tables of predicted robots, in horizons. Older observations are predicted one by one.
+
+Larger: tables of forecasts that are not polynomials have more pieces. Smaller: late sensing is slower.
+"""
 
 
 class Policy:

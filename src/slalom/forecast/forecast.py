@@ -8,11 +8,23 @@ import numpy as np
 
 from slalom.base.checks import FORECAST, NotNegative, Positive, check_fields, has
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import AT_REST, LONGEST_FORECAST, PAST_POSITIONS, REST, STRAIGHT_TURN_RATE
+from slalom.base.tolerances import LONGEST_FORECAST, REST
 from slalom.forecast.from_models import FromModels as FromModels
 from slalom.model.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
 from slalom.model.uncertainty import BoundedError
 from slalom.obstacle import Headings, Obstacle
+
+STRAIGHT_TURN_RATE: Final = 0.001
+"""[rad/s] Obstacles that turn more slowly are predicted to move straight on.
+
+Larger: gentle turns are ignored. Smaller: circles of enormous radius lose digits.
+"""
+
+PAST_POSITIONS: Final = 5
+"""[1] Number of past positions to which `FromPast` fits its parabola.
+
+Larger: more smoothing of noise. Smaller: noise enters the prediction.
+"""
 
 
 @runtime_checkable
@@ -277,7 +289,7 @@ def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float) -> Obstacle:
     if isinstance(obstacle.heading, Headings):
         return replace(obstacle, trajectory=trajectory, heading=float(obstacle.heading.angle(now)))
     if obstacle.turns:
-        rests = np.linalg.norm(trajectory.velocity(now)) <= AT_REST
+        rests = np.linalg.norm(trajectory.velocity(now)) <= REST
         if rests and not np.any(trajectory.acceleration(now)):
             x, y = obstacle.direction(now)
             return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))

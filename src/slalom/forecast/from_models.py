@@ -12,24 +12,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import Array, NotNegative, check_fields, whole
-from slalom.base.tolerances import (
-    FEWEST_PAST,
-    LEAST_FUTURE,
-    LONGEST_FORECAST,
-    MODEL_CHECKS,
-    MODEL_KNOTS,
-    MODEL_LEAD,
-    MODEL_PRIOR,
-    MODEL_SHARPNESS,
-    NEWEST_SAMPLES,
-    PAST_SPACING,
-    REST,
-    SIMILAR_BLOCK,
-    SIMILAR_MEMORY,
-    SIMILAR_VELOCITY_SPAN,
-    SPACINGS,
-    WHOLE_COUNT,
-)
+from slalom.base.tolerances import LONGEST_FORECAST, REST, SIMILAR_MEMORY, SIMILAR_VELOCITY_SPAN, WHOLE_COUNT
 from slalom.kernels.arrays import Indices, TrackSamples
 from slalom.model.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Stationary, Trajectory
 from slalom.model.uncertainty import BoundedError
@@ -41,6 +24,43 @@ from slalom.model.uncertainty import BoundedError
 # fitted to some positions, with an acceleration that lasts a while or a turn rate that lasts. The fits are
 # least-squares lines and parabolas through the newest position, which are linear in the positions: one table for each
 # number of them.
+
+
+MODEL_LEAD: Final = 8
+"""[spacings] Over which motion models are compared with the past.
+
+Larger: less of the past is left to compare with, and models that last longer weigh more. Smaller: noise counts more.
+"""
+
+MODEL_CHECKS: Final = (0, 2, 4, 6, 8, 10, 14, 18, 24)
+"""[spacings] Before now, at which predictions of motion models are compared with the track.
+
+Earlier ones: a model that was good once stays longer. Fewer: weights jump with single errors.
+"""
+
+MODEL_SHARPNESS: Final = 4.0
+"""[1] Power of the past error in the weight of a motion model.
+
+Larger: the best model alone counts. Smaller: bad models pull the mean.
+"""
+
+LEAST_FUTURE: Final = 0.02
+"""[1] Least probability of a future of its own; less probable motions join the nearest one.
+
+Larger: rare motions bend the likely ones. Smaller: more futures that hardly ever happen.
+"""
+
+MODEL_PRIOR: Final = (0.1, 0.11, 0.13)
+"""[1] Error of motion models before any is known, as a share of the way: of the first, other straight ones, the rest.
+
+Larger: tracks that have just appeared get larger radii. More equal: their turns are predicted from a few positions.
+"""
+
+MODEL_KNOTS: Final = (0, 4, 8, 14, 22, 32, 45, 60)
+"""[spacings] Knots of the predicted curve, after which it is straight.
+
+Later ones: turns are predicted further, for more pieces. Fewer: the curve leaves the mean of the models.
+"""
 
 
 class _Model(NamedTuple):
@@ -238,6 +258,10 @@ def _fit(k: int, newest: int, samples: int, order: int) -> Array:
 # multiples of one spacing, are searched for motions that began near the present one with nearly its velocity.
 
 
+SIMILAR_BLOCK: Final = 200
+"""[spacings] Past positions that are sampled and kept together. Larger: the newest ones are sampled anew more often."""
+
+
 Trajectories = tuple[Trajectory, ...]
 
 
@@ -382,6 +406,28 @@ def _spans(tracks: Trajectories) -> Array:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Forecasts of tracks from several motion models, and the radius of their errors.
+
+
+PAST_SPACING: Final = 0.1
+"""[s] Spacing of the past positions of an obstacle that is not a `Sampled` trajectory, or has few samples.
+
+Larger: short motions are smoothed. Smaller: the models see less of the past, and more rounding.
+"""
+
+SPACINGS: Final = (0.05, 10.0)
+"""[s] Least and largest spacing of the past positions that motion models use.
+
+A smaller least: the noise of fast sensors enters. A larger greatest: the models of rare samples reach further back.
+"""
+
+NEWEST_SAMPLES: Final = 30.0
+"""[s] Past in which the spacing of a sampled track is measured. Smaller: slow sensors have too few samples in it."""
+
+FEWEST_PAST: Final = 3
+"""[1] Spacings of the past that motion models have at least; of a shorter past they are parts.
+
+Larger: noise of the first positions enters. Smaller: no acceleration is fitted at first.
+"""
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ import numpy as np
 
 from slalom.base.checks import Array, known, positive
 from slalom.base.errors import InvalidFile
-from slalom.base.tolerances import DATABASE_STEPS, DATABASE_VALUE, LARGEST, MAX_ROWS, ROW_BYTES
+from slalom.base.tolerances import LARGEST
 from slalom.io.recorded import Mistake, Rows, counted, refuse
-from slalom.io.table import Table, comma_table, file_size, spaced_rows, text_of
+from slalom.io.table import MAX_ROWS, Table, comma_table, file_size, spaced_rows, text_of
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Reader of CADRL test cases (mit-acl/gym-collision-avoidance): CSV, one row per robot of a case.
@@ -61,6 +61,24 @@ def read_cases(path: Path | str) -> list[Case]:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Rows of SQLite databases, read within bounds that a malformed file cannot exceed.
+
+
+ROW_BYTES: Final = 8
+"""[B] Least size of a row in a database: a file that holds more rows per byte holds the same page many times.
+
+Larger: small databases could be refused. Smaller: malformed ones of some megabytes take longer to refuse.
+"""
+
+DATABASE_VALUE: Final = 100_000
+"""[B] Length of a text in a database. Larger: a generated column takes gigabytes. Smaller: long remarks are refused."""
+
+DATABASE_STEPS: Final = 100
+"""[1] Operations of SQLite per row that a file of its size may hold, and at least as many as for 10000 rows.
+
+A row of a table takes 7.
+
+Larger: a view or a generated column without end is refused later. Smaller: slow queries of valid files are refused.
+"""
 
 
 INTERVAL: Final = 10_000

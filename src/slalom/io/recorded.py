@@ -10,7 +10,7 @@ import numpy as np
 
 from slalom.base.checks import Array, positive
 from slalom.base.errors import InvalidFile
-from slalom.base.tolerances import LARGEST, LONG_GAP, STAMP_ROUNDING
+from slalom.base.tolerances import LARGEST
 from slalom.kernels.arrays import Indices
 from slalom.model.trajectory import Sampled, Trajectory
 
@@ -150,6 +150,19 @@ def tracks_at(
 #
 # Repaired: identical rows, rows out of order, gaps (the track is split), tracks with a single row (left out). Refused:
 # two positions of one agent at the same time, an agent that exceeds the speed limit.
+
+
+LONG_GAP: Final = 3.0
+"""[1] A gap in a track without a split there is noted if it is longer than this many times the median step.
+
+Larger: fewer notes. Smaller: a note for each missing sample.
+"""
+
+STAMP_ROUNDING: Final = 1e-6
+"""[s] By how much time stamps may be rounded: steps that exceed a limit by less do not exceed it.
+
+Larger: gaps that are too long are kept. Smaller: rounding splits a track.
+"""
 
 
 def tracks_of(

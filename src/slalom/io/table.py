@@ -12,15 +12,22 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import Array, shown
+from slalom.base.checks import SHOWN, Array, shown
 from slalom.base.errors import InvalidFile, reason
-from slalom.base.tolerances import LARGEST, MAX_FILE_SIZE, MAX_ROWS, SHOWN
+from slalom.base.tolerances import LARGEST
 from slalom.io.recorded import LINE_LOCATION, Mistake, Rows, first_of, refuse
 from slalom.kernels.arrays import Indices
 from slalom.model.trajectory import Sampled
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Input files: regular files of bounded size, whose whole text is read at once.
+
+
+MAX_FILE_SIZE: Final = 1_000_000_000
+"""[B] Size of a file that is read. Texts are read whole, and take up to about ten times as much memory.
+
+Larger: a wrong file takes all memory. Smaller: large recordings are refused.
+"""
 
 
 def file_size(path: Path, kind: str = "text file") -> int:
@@ -71,6 +78,13 @@ def _read(path: Path, count: int, kind: str) -> bytes:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Tables of cells by column name, with the line number of each row.
+
+
+MAX_ROWS: Final = 10_000_000
+"""[1] Rows of a recording. Each takes up to about a kilobyte of memory until it is part of a track.
+
+Larger: a wrong file takes all memory. Smaller: large recordings are refused.
+"""
 
 
 EMPTY: Final = ("", "nan", "na", "null", "none")

@@ -19,9 +19,16 @@ import numpy as np
 
 from slalom.base.checks import Array, positive
 from slalom.base.errors import InvalidFile, InvalidInput, reason
-from slalom.base.tolerances import FRAME_ROUNDING, REST
+from slalom.base.tolerances import REST
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.kernels.arrays import Indices
+
+FRAME_ROUNDING: Final = 1e-6
+"""[1] Largest distance of a time from its frame, in frames, for formats that number frames.
+
+Larger: times are changed by up to this when written. Smaller: rounding refuses tracks at whole frames.
+"""
+
 
 MARGIN: Final = 1.0
 """[m] Margin of the walkable area of a database around the bounding box of all positions."""

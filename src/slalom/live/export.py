@@ -2,16 +2,28 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Final
 
 from slalom.base.checks import positive, whole
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import VIEW_EXPORT_INTERVAL, VIEW_EXPORTED
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import file_page
 from slalom.live.recorded import Recorded, recorded
 from slalom.live.scene import Scene, series
 from slalom.live.seen import Seen, Targets, decisions, seen_alone, seen_among, state_at
 from slalom.sim.measure.recording import Recording
+
+VIEW_EXPORT_INTERVAL: Final = 0.5
+"""[s] Longest time between two control spaces of an exported run.
+
+Larger: smaller files that show fewer decisions. Smaller: larger files.
+"""
+
+VIEW_EXPORTED: Final = 150
+"""[1] Control spaces of an exported run, up to the rate of its decisions; more where VIEW_EXPORT_INTERVAL requires it.
+
+Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs.
+"""
 
 
 def export(

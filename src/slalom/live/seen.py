@@ -9,7 +9,6 @@ import numpy as np
 
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import VIEW_APPROACH_SAMPLES, VIEW_BINDING, VIEW_PREDICTED, VIEW_SAMPLES
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.methods import Method, margin_among
@@ -197,6 +196,19 @@ def has_left(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> b
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Robots near enough to count in a picture of the control space: the others cannot be met by a drawn control.
+
+
+VIEW_SAMPLES: Final = 33
+"""[1] Times at which a view samples predicted paths over the horizon.
+
+Larger: smoother curves and larger files. Smaller: corners become visible in curved paths.
+"""
+
+VIEW_PREDICTED: Final = 60
+"""[1] Most obstacles and robots whose predicted paths a view shows, the nearest ones.
+
+Larger: larger files and slower drawing. Smaller: fewer predicted paths in crowds; the control obstacle counts all.
+"""
 
 
 def half_side(response: Any, limits: Limits, admissible: Admissible) -> float:
@@ -414,6 +426,19 @@ def decisions(scenario: Scenario, method: Method, steps: Sequence[Step]) -> Iter
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Sentences that say why a robot chose its manoeuvre, and the obstacles that decided it.
+
+
+VIEW_BINDING: Final = 0.02
+"""[m] A chosen manoeuvre is said to pass an obstacle closely up to this clearance beyond the margin.
+
+Larger: more obstacles are named as reasons of a choice. Smaller: one that limits the choice may be left out.
+"""
+
+VIEW_APPROACH_SAMPLES: Final = 241
+"""[1] Times at which the closest approach of a manoeuvre to an obstacle is sought, for a sentence of a view.
+
+Larger: a more exact time in the sentence. Smaller: a less exact one.
+"""
 
 
 class Meeting(NamedTuple):

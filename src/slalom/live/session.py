@@ -9,14 +9,23 @@ import numpy.typing as npt
 
 from slalom.base.checks import Array, number, positive, vector, whole
 from slalom.base.errors import InvalidInput, SlalomError
-from slalom.base.tolerances import VIEW_SAMPLES
 from slalom.decision import Decision
 from slalom.decision.methods import Method, method as method_of
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import pack
 from slalom.live.recorded import Recorded, last_state
 from slalom.live.scene import Scene, series
-from slalom.live.seen import Seen, Targets, decisions, has_left, seen_alone, seen_among, state_at, with_response
+from slalom.live.seen import (
+    VIEW_SAMPLES,
+    Seen,
+    Targets,
+    decisions,
+    has_left,
+    seen_alone,
+    seen_among,
+    state_at,
+    with_response,
+)
 from slalom.model.goal import Goal
 from slalom.model.shape import round_shape
 from slalom.model.state import State

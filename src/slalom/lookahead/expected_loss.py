@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,24 +23,14 @@ from slalom.base.checks import (
     number,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import (
-    DEVIATION_DIRECTIONS,
-    DEVIATION_GAIN,
-    DEVIATION_PLANS,
-    LOSS_DISCOUNT,
-    LOSS_STEPS,
-    LOSS_TIMES,
-    NO_SPREAD,
-    NODE_TIME_SLACK,
-    WHOLE_COUNT,
-)
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import DecisionInputs, completed, made
 from slalom.forecast.forecast import EXACT, Present
 from slalom.kernels.arrays import Flags
 from slalom.lookahead.navigator import LookAhead, SequenceDecision, motions_of, rise_of
-from slalom.lookahead.search import directions
+from slalom.lookahead.search import NODE_TIME_SLACK, directions
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
@@ -53,6 +43,13 @@ from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, list
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Short deviations from a plan: one velocity, then another, each for a stage of a fixed duration.
+
+
+DEVIATION_DIRECTIONS: Final = 16
+"""[1] Directions of the velocities of a deviation in the plane.
+
+More: slower decisions, with the square. Fewer: deviations through narrow gaps are missed.
+"""
 
 
 class Deviations(NamedTuple):
@@ -129,6 +126,37 @@ def _ways(dimension: int) -> Array:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Robot that looks ahead with several margins and takes the decision of least expected loss of time.
+
+
+LOSS_TIMES: Final = 8
+"""[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: late closeness is not counted."""
+
+LOSS_STEPS: Final = 2
+"""[1] Moments in one stage: the time from rest to the maximum speed, in whole periods.
+
+More: slower decisions for the same time ahead. Fewer: a short approach is missed.
+"""
+
+LOSS_DISCOUNT: Final = 0.6
+"""[1] Weight of a stage, as a multiple of the one before. Larger: late closeness counts as much as an early one."""
+
+DEVIATION_GAIN: Final = 0.02
+"""[s] By how much the expected loss of a deviation must be below that of the plan.
+
+Larger: fewer changes of the motion. Smaller: deviations that gain nothing, and a new plan after each.
+"""
+
+DEVIATION_PLANS: Final = 3
+"""[1] Deviations of a decision after which a plan is searched.
+
+More: slower decisions. Fewer: a deviation that only seems to be good hides a better one.
+"""
+
+NO_SPREAD: Final = 1e-100
+"""[m] In place of no spread of the errors of a forecast. A gap divided by it has a finite square.
+
+Larger: contacts are expected at a small distance from what is certain. Smaller: the square overflows.
+"""
 
 
 @dataclass(frozen=True)

@@ -2,25 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import duration, has, not_negative, number, or_infinite, positive
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import (
-    ANEW_BUDGETS,
-    COMMITTED_SLACK,
-    CONTACT_SLACK,
-    DOUBT_SHARES,
-    JUMP,
-    MARGIN_SHARES,
-    NODE_TIME_SLACK,
-    SEARCH_SCALES,
-    SOONER_RISES,
-    SOONER_SHARE,
-    TABLE_HORIZONS,
-)
+from slalom.base.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision
 from slalom.decision.decision import DecisionInputs, Outcome, completed, made, state_to_decide_from
@@ -29,7 +17,7 @@ from slalom.decision.navigator import Navigator, goal_or_place
 from slalom.forecast.forecast import EXACT, Known, futures
 from slalom.forecast.from_models import FromModels
 from slalom.kernels.arrays import Flags
-from slalom.lookahead.search import PredictedObstacles, Search, Work, new_search, run_searches, step_of
+from slalom.lookahead.search import NODE_TIME_SLACK, PredictedObstacles, Search, Work, new_search, run_searches, step_of
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenCoast
@@ -137,6 +125,47 @@ def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A new sequence of accelerations for a scene, or the decision of the navigator where no sequence is found.
+
+
+SEARCH_SCALES: Final = (1.0, 0.5)
+"""[1] Steps of a search over sequences, as multiples of the time from rest to max_speed, tried in this order.
+
+The finer step serves if the coarser one finds no arrival. Larger: fewer nodes to the goal, narrow gaps are missed.
+Smaller: the budget ends before an arrival is found.
+"""
+
+MARGIN_SHARES: Final = (1.0, 0.5, 0.25, 0.0)
+"""[1] Shares of the margin with which a search over sequences is repeated, in this order, until one succeeds.
+
+More values: a robot in a narrow gap keeps more of its margin, for more searches. Without 0: it finds no way where only
+contact is avoidable.
+"""
+
+DOUBT_SHARES: Final = (1.0, 0.5, 0.0)
+"""[1] Shares of the uncertainty of obstacles with which a search over sequences is repeated until one succeeds.
+
+More values: a robot without a certain way keeps more distance from likely positions, for more searches. Only 1: it
+has no sequence where the uncertainty leaves no way.
+"""
+
+SOONER_SHARE: Final = 0.3
+"""[1] Share of the uncertainty of obstacles, and of the margin, that a sequence keeps clear of to arrive much earlier.
+
+Larger: robots wait longer in dense traffic. Smaller: more forecasts are wrong by more than the distance kept.
+"""
+
+SOONER_RISES: Final = 2.0
+"""[1] Times from rest to max_speed by which such a sequence must arrive earlier.
+
+Larger: robots wait longer for a way that is clear of all of the uncertainty. Smaller: they take more ways that are not.
+"""
+
+ANEW_BUDGETS: Final = 2.0
+"""[1] Budgets of work for a search among forecasts from several models: they change with every observation, so that a
+search never continues at the next decision.
+
+Larger: earlier arrivals and fewer contacts among many obstacles, slower decisions.
+"""
 
 
 def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
@@ -298,6 +327,13 @@ def sequence_decision(scene: Scene, search: Search, outcome: Outcome) -> Sequenc
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Navigator of one robot that searches over sequences of accelerations and always has a safe one to continue.
+
+
+TABLE_HORIZONS: Final = 2.0
+"""[1] Length of a table of known futures, in time horizons of the search, so that it serves many decisions.
+
+Larger: more pieces in every table. Smaller: tables are made more often; at 1 for every decision.
+"""
 
 
 @dataclass(frozen=True)

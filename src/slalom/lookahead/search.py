@@ -2,21 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import Array
-from slalom.base.tolerances import (
-    END_NODES,
-    GOAL_TOLERANCE_SHARE,
-    HEURISTIC_WEIGHT,
-    MAX_NODES,
-    MAX_STOP_TESTS,
-    NODE_TIME_SLACK,
-    SEARCH_DIRECTIONS,
-    WHOLE_COUNT,
-)
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.kernels.arrays import Indices
 from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, SearchProblem, SearchTree, SpacetimeIndex
 from slalom.model.goal import Goal
@@ -146,6 +138,51 @@ def _rows_by_interval(times: Array, start: float, end: float, width: float) -> t
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Search over sequences of accelerations that continues over several decisions.
+
+
+HEURISTIC_WEIGHT: Final = 2.0
+"""[1] Weight of the time to go relative to the elapsed time in a search over sequences.
+
+Larger: faster searches that find later arrivals. Smaller: more nodes; with 1 the first arrival is the earliest.
+"""
+
+SEARCH_DIRECTIONS: Final = 8
+"""[1] Directions of the accelerations of a search over sequences in the plane; in space there are 26.
+
+Larger: earlier arrivals, more exact choices per node. Smaller: ways around obstacles are missed.
+"""
+
+GOAL_TOLERANCE_SHARE: Final = 0.8
+"""[1] Share of the goal's tolerance within which a sequence must arrive.
+
+The deviations of the motion from the sequence use the rest. Larger: a robot may miss its goal by rounding. Smaller:
+later arrivals.
+"""
+
+MAX_NODES: Final = 20_000
+"""[1] Nodes of the tree of a search over sequences; a full tree ends the search.
+
+Larger: a search needs more memory, about 130 bytes per node. Smaller: long searches end without an arrival.
+"""
+
+END_NODES: Final = 2
+"""[1] Nodes that are kept free for the ends of sequences: a tree without more free nodes is full.
+
+A stop at the end of a sequence takes one node. Fewer: the tree overflows. More: it is full earlier.
+"""
+
+MAX_STOP_TESTS: Final = 30
+"""[1] Sequences that are tested for a stop at their end, in the order of their estimated arrival.
+
+Larger: more time where no stop is safe. Smaller: the navigator decides although a safe sequence is known.
+"""
+
+NODE_TIME_SLACK: Final = 1e-6
+"""[1] Share of a period by which a time may precede that of a node and count as equal to it.
+
+Times of nodes are sums of periods and carry rounding. Larger: the end of an acceleration is omitted. Smaller: rounding
+repeats an acceleration that has ended.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,7 @@
 """Goals at rest or in motion."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -8,18 +9,20 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.base.checks import TRAJECTORY, Array, flag, has, positive
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import (
-    ARRIVAL_ERROR,
-    ARRIVAL_FILTER,
-    AT_REST,
-    BRAKING_SHARE,
-    ROOT_HALVINGS,
-    SQUARED_LENGTH_FLOOR,
-)
+from slalom.base.tolerances import ARRIVAL_FILTER, BRAKING_SHARE, REST, SQUARED_LENGTH_FLOOR
 from slalom.model.bounds import LeastSpeed
 from slalom.model.limits import Limits
 from slalom.model.trajectory import Stationary, Trajectory
 from slalom.model.trajectory.protocol import FOREVER
+
+ARRIVAL_ERROR: Final = 1e-9
+"""[m] Error of the least distance from a goal in motion during a step.
+
+Larger: a robot that passes at the tolerance may arrive or not within this distance. Smaller: more halvings there.
+"""
+
+ROOT_HALVINGS: Final = 53
+"""[1] Bisections of a share of a step: beyond them the interval is shorter than rounding can resolve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +172,7 @@ class Goal:
         away: (d,) [m] displacement of the goal. velocity: (d,) [m/s] relative to it.
         """
         left = np.linalg.norm(away - 0.5 * step * velocity)
-        return bool(left <= self.tolerance and np.linalg.norm(velocity) <= AT_REST + step * most)
+        return bool(left <= self.tolerance and np.linalg.norm(velocity) <= REST + step * most)
 
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits, shortest: float = 0.0) -> float:
         """Estimated time [s] that a robot in this state needs to the goal without obstacles.

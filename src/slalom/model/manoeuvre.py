@@ -2,17 +2,27 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import RESPONSE, STATE, Array, Checked, Number, check_fields, has, positive, vector
-from slalom.base.tolerances import BOUND_EXTRA, BOUND_SHARE, TIME, WHOLE_PERIODS
+from slalom.base.tolerances import TIME, WHOLE_COUNT
 from slalom.model.limits import Limits
 from slalom.model.path import Path, hermite
 from slalom.model.response import AccelerateThenBrake, Response, advance
 from slalom.model.response.protocol import Unsteered
 from slalom.model.state import Affine, State
+
+BOUND_SHARE: Final = 1.1
+"""[1] Factor on the acceleration of the cubic pieces of a manoeuvre, as a bound on its true one.
+
+Larger: safe, and coarser. Smaller: what the pieces smooth is not bounded.
+"""
+
+BOUND_EXTRA: Final = 1e-3
+"""[m/s, m/s^2] Addition to the speed and the acceleration of these pieces, as BOUND_SHARE."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,5 +173,5 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
 def first_manoeuvre(state: State, limits: Limits, period: float, now: float) -> Manoeuvre:
     """The manoeuvre of a robot before its first decision: constant velocity for one period, then even braking."""
     speed = float(np.linalg.norm(state.velocity))
-    brake = max(period, np.ceil(speed / limits.braking / period - WHOLE_PERIODS) * period)
+    brake = max(period, np.ceil(speed / limits.braking / period - WHOLE_COUNT) * period)
     return Manoeuvre(AccelerateThenBrake(period, brake), state, np.zeros(state.dimension), now)

@@ -1,12 +1,25 @@
 """Curves as cubic pieces with a certified error, for kernels, recordings and figures."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import AT_REST, DIVISOR_FLOOR, LINE_ROUNDING, MAX_PIECES
+from slalom.base.tolerances import DIVISOR_FLOOR, REST
+
+MAX_PIECES: Final = 1_000_000
+"""[1] Pieces of a curve over one stretch of time.
+
+Larger: a slip in a radius takes gigabytes. Smaller: fine curves are refused.
+"""
+
+LINE_ROUNDING: Final = 1e-13
+"""[1] Rounding of a motion along a line, relative to its largest coordinate.
+
+Larger: a curve counts as a line, and obstacles at rest are missed by that much. Smaller: rounding hides a line, and
+each of its pieces makes a segment of its own.
+"""
 
 
 class Path(NamedTuple):
@@ -73,7 +86,7 @@ def rest_from(times: Array, points: Array) -> float:
     Slower than AT_REST is at rest.
     """
     change = np.abs(points - points[:, 3:]).reshape(len(points), -1).max(axis=1)
-    moving = np.flatnonzero(change > AT_REST * np.diff(times))
+    moving = np.flatnonzero(change > REST * np.diff(times))
     last = int(moving[-1]) + 1 if moving.size else 0
     return float(times[last]) if last < len(points) else np.inf
 

@@ -1,17 +1,34 @@
 """Goals with a path that leads to them: waypoints or a polyline with a speed profile, as planners publish it."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import Array, array, not_huge, positive
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import PATH_OFFSETS, PATH_SAMPLES, PATH_TOLERANCE
 from slalom.kernels.arrays import Flags
 from slalom.model.goal import Goal
 from slalom.model.trajectory import Stationary
+
+PATH_SAMPLES: Final = 4
+"""[1] Points of a path up to the lookahead that are examined for obstacles at rest.
+
+Larger: decisions take longer. Smaller: thin obstacles across the path are found late.
+"""
+
+PATH_OFFSETS: Final = 20
+"""[1] Points on either side of a covered path that are examined until one is free, a radius of the robot apart.
+
+Larger: robots pass wider obstacles on their path. Smaller: decisions take less time.
+"""
+
+PATH_TOLERANCE: Final = 0.25
+"""[1] Tolerance of the point ahead on a path, as a share of its distance.
+
+Larger: robots aim less exactly. Smaller: they turn late to pass the point.
+"""
 
 
 class PathStep(NamedTuple):

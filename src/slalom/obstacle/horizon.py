@@ -7,10 +7,12 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 
 from slalom.base.checks import Array, NotNegative, Positive, check_fields, mapping, positive
-from slalom.base.tolerances import SHORTEST_HORIZON
 from slalom.model.limits import Limits
 from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
+
+SHORTEST_HORIZON: Final = 1e-3
+"""[s] Least horizon for one obstacle. Larger: obstacles beside a robot at rest count longer. At 0: for no time."""
 
 
 @runtime_checkable

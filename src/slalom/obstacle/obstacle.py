@@ -24,7 +24,7 @@ from slalom.base.checks import (
     text,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import AT_REST, LAST_DIRECTION, LONGEST_FORECAST, LOOK_BACK
+from slalom.base.tolerances import LONGEST_FORECAST, REST
 from slalom.model.path import Path, even_knots, hermite, hermite_step
 from slalom.model.shape import Disc, Shape
 from slalom.model.trajectory import Composite, ConstantVelocity, Stationary, Trajectory
@@ -105,6 +105,13 @@ class Headings:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles: shapes on trajectories.
+
+
+LAST_DIRECTION: Final = 1e-3
+"""[1] Error of the direction that a body keeps which has come to rest. Larger: it stands at a wrong angle."""
+
+LOOK_BACK: Final = 600.0
+"""[s] How long ago an obstacle at rest may have moved last for its heading to be known from that motion."""
 
 
 MOTION: Final = "motion"
@@ -206,7 +213,7 @@ class Obstacle:
         first = self.trajectory.span[0]
         if first == -np.inf:
             first = float(self.trajectory.breaks(-LONGEST_FORECAST, LONGEST_FORECAST).min(initial=1.0)) - 1.0
-        return float(np.linalg.norm(self.trajectory.velocity(first))) > AT_REST
+        return float(np.linalg.norm(self.trajectory.velocity(first))) > REST
 
     def direction(self, t: npt.ArrayLike) -> Array:
         """Unit vectors (..., 2) of the shape's x axis at times t (...) [s], in the plane.
@@ -221,15 +228,15 @@ class Obstacle:
             return np.asarray(np.broadcast_to([np.cos(self.heading), np.sin(self.heading)], (*time.shape, 2)))
         velocity = self.trajectory.velocity(time)
         speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
-        result = velocity / np.where(speed > AT_REST, speed, 1.0)
-        for index in np.argwhere(speed[..., 0] <= AT_REST):
+        result = velocity / np.where(speed > REST, speed, 1.0)
+        for index in np.argwhere(speed[..., 0] <= REST):
             result[tuple(index)] = self._last_direction(float(time[tuple(index)]))
         return np.asarray(result)
 
     def _last_direction(self, t: float) -> Array:
         """Direction (2,) of the last motion before t [s]."""
         earliest = max(self.trajectory.span[0], t - LOOK_BACK)
-        if earliest >= t or self.trajectory.speed_bound(earliest, t) <= AT_REST:
+        if earliest >= t or self.trajectory.speed_bound(earliest, t) <= REST:
             raise InvalidInput(
                 f"heading of {self._named}: expected one that moved before {t:g} s, found it at rest since "
                 f"{earliest:g} s; give the heading as an angle"
@@ -242,7 +249,7 @@ class Obstacle:
         """`direction` from start to end [s] as cubic pieces, within `tolerance` [1] or with their own error."""
         if isinstance(self.heading, Headings):
             return self.heading.directions(start, end, tolerance)
-        if self.heading != MOTION or self.trajectory.speed_bound(start, end) <= AT_REST:
+        if self.heading != MOTION or self.trajectory.speed_bound(start, end) <= REST:
             pieces = np.broadcast_to(self.direction(start), (1, 4, 2))
             return Path(np.array([start, end]), pieces, np.zeros(1))
         return direction_path(self.trajectory, start, end, tolerance, lambda: self.direction(start))

@@ -8,19 +8,27 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import Array, listing, number, or_infinite
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import IMAGES, INTERPOLATION
+from slalom.base.tolerances import INTERPOLATION
 from slalom.forecast.forecast import Forecast, predicted
 from slalom.kernels.arrays import Indices
 from slalom.model.path import Path
 from slalom.model.trajectory import Stationary, Trajectory
 from slalom.model.trajectory.protocol import moving_direction
 from slalom.obstacle.obstacle import Obstacle
+
+IMAGES: Final = 1e-9
+"""[1] Images of a periodic world are also listed up to this many periods outside the box that is searched.
+
+Rounding then omits no image on the border of the box. Larger: more images are tested. 0: one may be missing.
+"""
+
 
 Period = tuple[float, ...]
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple, cast
+from typing import Final, NamedTuple, cast
 
 import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import INTERPOLATION, SMALLEST_EXTENT, UNCERTAINTY_PIECES
+from slalom.base.tolerances import INTERPOLATION
 from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Pieces, Records, joined_records, zero_records
 from slalom.kernels.decision.tables import EVERY_WORLD, PassiveBody
 from slalom.model.path import Path
@@ -137,6 +137,19 @@ def outline_parts(obstacle: Obstacle, t: float) -> list[Part]:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Cubic pieces of the bodies of obstacles over an interval of time, one obstacle at a time and joined.
+
+
+SMALLEST_EXTENT: Final = 1e-3
+"""[m] Largest distance of a corner below which a body that turns counts as this large.
+
+Larger: less exact directions of small bodies. Smaller: more pieces for bodies that are nearly points.
+"""
+
+UNCERTAINTY_PIECES: Final = 8
+"""[1] Straight lines that stand for a growing radius over one window.
+
+Larger: more pieces. Smaller: the radius is larger than needed in between.
+"""
 
 
 class Reach(NamedTuple):

@@ -2,14 +2,14 @@
 
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
-from typing import Any, cast
+from typing import Any, Final, cast
 
 import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import Array, has
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import BALL_FILLED, LARGEST, STRETCH_HORIZONS
+from slalom.base.tolerances import LARGEST
 from slalom.kernels.arrays import Flags, Indices, Records, zero_records
 from slalom.kernels.decision.tables import EVERY_WORLD, ObstacleAtHorizon
 from slalom.model.shape import Shape
@@ -18,6 +18,13 @@ from slalom.obstacle.pieces import Bodies, Reach, joined, minkowski_sum, no_bodi
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles at the horizon, from which the costs of detours are estimated.
+
+
+BALL_FILLED: Final = 0.4
+"""[1] Share of its bounding ball that an obstacle fills if the cost of a detour around it counts that ball.
+
+A car fills 0.44. Larger: no such costs for more obstacles. Smaller: robots beside walls stay where they are.
+"""
 
 
 def represented(obstacles: Sequence[Obstacle]) -> Indices:
@@ -62,6 +69,13 @@ def at_horizon(obstacles: Sequence[Obstacle], some: Indices, t: float) -> Record
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles that serve many decisions, made into tables once by the caller.
+
+
+STRETCH_HORIZONS: Final = 4.0
+"""[1] Length of a stretch of time over which the pieces of an `ObstacleTable` are made at once, in horizons.
+
+Larger: pieces take longer to make, more seldom, and more memory. Smaller: more decisions include the time to make them.
+"""
 
 
 class ObstacleTable:

@@ -23,7 +23,6 @@ from slalom.base.checks import (
     whole_numbers,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import UNCERTAINTY_PIECES
 from slalom.forecast.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.forecast.linear import table_between, table_until
 from slalom.kernels.arrays import Indices, Pieces, Records, zero_records
@@ -32,7 +31,16 @@ from slalom.model.shape import Shape, round_shape
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.model.uncertainty import Uncertainty
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import NO_TURNS, Bodies, Reach, no_bodies, passive_bodies, pieces_of_each, sum_of_shapes
+from slalom.obstacle.pieces import (
+    NO_TURNS,
+    UNCERTAINTY_PIECES,
+    Bodies,
+    Reach,
+    no_bodies,
+    passive_bodies,
+    pieces_of_each,
+    sum_of_shapes,
+)
 from slalom.obstacle.table import at_horizon
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
-from typing import Protocol, TypeAlias, cast
+from typing import Final, Protocol, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.base.checks import Array, array, duration, has, number
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import CONTACT_SLACK, OVERLAP, SHALLOW_OVERLAP
+from slalom.base.tolerances import CONTACT_SLACK, OVERLAP
 from slalom.forecast.forecast import EXACT, Forecast, futures
 from slalom.kernels.arrays import Flags, Indices, Records, Snapshot, joined_records, zero_records
 from slalom.kernels.decision.tables import ObstacleAtHorizon
@@ -96,6 +96,14 @@ def sources_of(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: floa
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles over a window of time: what all control obstacles of a decision are made of.
+
+
+SHALLOW_OVERLAP: Final = 1e-3
+"""[m] Depth up to which a robot that overlaps an obstacle may still get deeper while it leaves.
+
+Robots that follow inexactly overlap by less. Larger: others that leave no safe control press a robot deeper into walls.
+Smaller: robots that overlap each other on all sides, by micrometres, block each other.
+"""
 
 
 Obstacles: TypeAlias = Sequence[Obstacle | ObstacleTable | Tracks] | ObstacleTable | Tracks

@@ -8,7 +8,6 @@ import numpy.typing as npt
 from joblib import Parallel, delayed
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import COLLISION
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
 from slalom.model.limits import admissible_ball
@@ -17,6 +16,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 from slalom.paper.controller import RESPONSE, RIM_RADIUS, ROBOT, Rules, hits, preferred_acceleration, run
 from slalom.sim.gallery import build
+from slalom.sim.measure.metrics import COLLISION
 
 START: Final = State((-RIM_RADIUS, 0.0), (5.0, 0.0))
 """Initial state on the rim, heading for the centre, as in the gallery."""

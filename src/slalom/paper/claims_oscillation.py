@@ -11,11 +11,18 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from joblib import Parallel, delayed
 
-from slalom.base.tolerances import MOVING_SHARE
 from slalom.decision.methods import METHODS
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
-from slalom.sim.measure.metrics import PASSING, Passing, changed_choices, flips_between, heading_variation, summary
+from slalom.sim.measure.metrics import (
+    MOVING_SHARE,
+    PASSING,
+    Passing,
+    changed_choices,
+    flips_between,
+    heading_variation,
+    summary,
+)
 
 NAMES: Final = ("vo", "rvo", "ao", "nao")
 ROBOTS: Final = (2, 4, 8, 20)

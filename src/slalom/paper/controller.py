@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import COLLISION, COMMITTED_SLACK, CONTACT_SLACK
+from slalom.base.tolerances import COMMITTED_SLACK, CONTACT_SLACK
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
 from slalom.decision.methods import METHODS
@@ -29,7 +29,7 @@ from slalom.paper.car_lanes import CarLanes
 from slalom.sim import Recording, Robot, Scenario
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import nearest_clearances
-from slalom.sim.measure.metrics import adjustments, mean_acceleration, mean_jerk
+from slalom.sim.measure.metrics import COLLISION, adjustments, mean_acceleration, mean_jerk
 from slalom.sim.measure.recording import RunLog, Step
 from slalom.sim.run.states import integrate
 

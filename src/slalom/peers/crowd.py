@@ -2,14 +2,13 @@
 
 from collections.abc import Iterable
 from importlib import import_module
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 import shapely
 
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import MITRE_LIMIT
 from slalom.model.shape import Part
 from slalom.obstacle import Obstacle
 
@@ -147,6 +146,13 @@ def edges_of(outline: Array) -> list[tuple[Array, Array]]:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles of a scenario as other projects' methods represent them: present discs and permanent walls.
+
+
+MITRE_LIMIT: Final = 100.0
+"""[1] Largest mitre of the outline of a rounded corner for methods of other projects, in radii.
+
+Larger: long spikes at sharp corners. Smaller: the outline of a sharp corner no longer contains the shape.
+"""
 
 
 def outlines(obstacles: Iterable[Obstacle], *, walls: bool, growth: float = 0.0) -> tuple[Array, ...]:

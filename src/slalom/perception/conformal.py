@@ -5,7 +5,7 @@ from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import combinations
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,11 +24,35 @@ from slalom.base.checks import (
     positive,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import CONFORMAL_ERRORS, CONFORMAL_FEW, CONFORMAL_RATE, FIT_SLACK, WHOLE_COUNT
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.trajectory import Trajectory
 from slalom.model.uncertainty import BoundedError, Uncertainty
 from slalom.obstacle.tracks import Tracks, told_apart
+
+CONFORMAL_ERRORS: Final = 1000
+"""[1] Newest errors of predictions whose quantile is a calibrated radius.
+
+Larger: a steadier radius. Smaller: it follows a change of the motion sooner.
+"""
+
+CONFORMAL_FEW: Final = 10.0
+"""[1] Independent errors below which the errors at shorter prediction times bound those at longer ones.
+
+Larger: radii stay too large for longer. Smaller: the first predictions over a long time have too small a radius.
+"""
+
+CONFORMAL_RATE: Final = 0.002
+"""[1] Change of the level of that quantile for each error.
+
+Larger: the share of errors within the radius returns sooner to the stated confidence. Smaller: a steadier radius.
+"""
+
+FIT_SLACK: Final = 1e-12
+"""[1] Share of the largest radius by which an enclosing bound may be too large; above the rounding of its equations.
+
+Larger: a larger bound. Smaller: rounding may leave no corner of the linear programme.
+"""
 
 
 class Coverage(NamedTuple):

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable
 from dataclasses import KW_ONLY, dataclass, field
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -9,22 +10,42 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.base.checks import TRACKS, UNCERTAINTY, Array, NotNegative, Positive, check_fields, has, whole
 from slalom.base.errors import InvalidInput, OutsideSpan
-from slalom.base.tolerances import (
-    CROWD_DOUBLING,
-    CROWD_ERROR,
-    CROWD_LARGEST_ERROR,
-    CROWD_LEAST,
-    CROWD_MEMORY,
-    CROWD_PRIOR,
-    CROWD_SCALES,
-    CROWD_UNKNOWN,
-)
 from slalom.kernels.arrays import Flags, Indices
 from slalom.model.path import Path, hermite_pieces
 from slalom.model.shape import Disc
 from slalom.model.uncertainty import Uncertainty
 from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks, told_apart
+
+CROWD_ERROR: Final = 0.072
+"""[m/s] Root mean square of the errors of predicted velocities over one period in a typical crowd.
+
+Larger: errors count as smaller than usual, and closeness costs less. It fits the spread of an expected loss.
+"""
+
+CROWD_PRIOR: Final = 100.0
+"""[1] Typical errors that count with those that were observed. More: a crowd is known later to differ."""
+
+CROWD_LARGEST_ERROR: Final = 0.4
+"""[m/s] Larger errors count as this. Larger: one sudden change outweighs many predictions."""
+
+CROWD_SCALES: Final = (0.4, 2.0)
+"""[1] Least and largest factor of the errors of a crowd. Further apart: more trust, or less, in what was observed."""
+
+CROWD_LEAST: Final = 0.6
+"""[1] Factor of the errors of an agent that was predicted exactly. Larger: more distance from steady agents."""
+
+CROWD_DOUBLING: Final = 0.12
+"""[m/s] Last error of an agent that adds 1 to its factor. Larger: less distance from agents that have just changed."""
+
+CROWD_UNKNOWN: Final = 2.0
+"""[1] Factor of the errors of an agent that was not predicted so far. Larger: more distance from new agents."""
+
+CROWD_MEMORY: Final = 0.7
+"""[1] Weight of the errors of the forecast of an agent at one observation, relative to the next.
+
+Larger: a later change between a model and a constant velocity. Smaller: a single error changes it.
+"""
 
 
 @dataclass

@@ -24,7 +24,7 @@ from slalom.base.checks import (
     positive,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import AT_REST, SIGHT_ERROR, SIGHT_FAR, SIGHT_LINES, SIGHT_SEAM
+from slalom.base.tolerances import REST
 from slalom.kernels.arrays import Flags
 from slalom.model.shape import Polyline
 from slalom.model.state import State
@@ -34,8 +34,34 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
 from slalom.obstacle.window import Obstacles, each_for_one
 
+SIGHT_LINES: Final = 16
+"""[1] Straight edges in a quarter of a circle: of the range of sight, and of round bodies that hide others.
+
+Visible regions are inside the true ones, by at most 0.5 (pi / 4 / SIGHT_LINES)^2 of the radius. Larger: closer, slower.
+"""
+
+SIGHT_ERROR: Final = 1e-3
+"""[m] Tolerance to which the outline of the region that holds nothing hidden is simplified at each decision.
+
+Hidden obstacles are larger by as much. Larger: fewer, coarser edges. Smaller: more edges, slower decisions.
+"""
+
+SIGHT_SEAM: Final = 5e-3
+"""[m] Distance from walls within which an edge of that region lies on the wall, so that nothing comes through it.
+
+Larger: gaps of that width next to walls count as closed. Smaller: walls let hidden obstacles through.
+"""
+
+SIGHT_FAR: Final = 1e4
+"""[1] Length of the shadows of obstacles, as a multiple of the range of sight.
+
+Larger: rounding of their corners. Smaller: the end of the shadow of a long wall close by lies within the range.
+"""
+
+
 OCCLUSIONS: Final = ("none", "walls", "all")
 FULL_TURN: Final = 2.0 * pi
+"""[rad] Field of view of a sensor that observes all directions. Smaller: agents behind the robot are hidden."""
 CIRCUMSCRIBED: Final = 1.0 / float(np.cos(pi / (4.0 * SIGHT_LINES)))
 """[1] Radius of a polygon about a circle of radius 1, in which shapely draws it."""
 
@@ -218,7 +244,7 @@ def _heading(state: State, previous: Visibility | None) -> float:
     """Direction [rad] of the sensor."""
     if state.heading is not None:
         return state.heading
-    if hypot(*state.velocity) > AT_REST or previous is None:
+    if hypot(*state.velocity) > REST or previous is None:
         return float(np.arctan2(state.velocity[1], state.velocity[0]))
     return previous.heading
 

@@ -4,7 +4,7 @@ from bisect import bisect_right
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from math import sqrt
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,6 @@ from slalom.base.checks import (
     vector,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import SYMMETRY
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.shape import Disc, Shape, is_round
 from slalom.model.trajectory import ConstantAcceleration
@@ -164,6 +163,13 @@ class ConstantVelocityFilter:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Tracks of moving obstacles from measurements that are late, rare, repeated or missing.
+
+
+SYMMETRY: Final = 1e-9
+"""[1] Largest difference of a measured covariance from its transpose, as a share of its largest entry.
+
+Larger: matrices that are no covariances are taken. Smaller: rounding of the sender is refused.
+"""
 
 
 class _Step(NamedTuple):

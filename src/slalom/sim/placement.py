@@ -1,11 +1,12 @@
 """Placement of robots at random or in patterns, without overlap."""
 
+from typing import Final
+
 import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import MAX_TRIES
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.shape import Disc
@@ -13,6 +14,12 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle.periodic import Period, to_nearest
 from slalom.sim.scenario import Robot
+
+MAX_TRIES: Final = 10_000
+"""[1] Rejected positions in a row after which an area of random positions counts as full.
+
+Larger: slower refusals. Smaller: areas are refused with less than about half their area covered.
+"""
 
 
 def random_positions(

@@ -9,6 +9,7 @@ import numpy as np
 from slalom.base.checks import (
     GOAL,
     LIMITS,
+    MAX_HORIZON,
     METHOD,
     OBJECTIVE,
     SHAPE,
@@ -26,10 +27,11 @@ from slalom.base.checks import (
     text,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import DETOURS, MAX_HORIZON, MAX_STEPS, WHOLE_PERIODS
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import HOLDS, Method
 from slalom.decision.navigator import Navigator, checked_holds
 from slalom.decision.objective import Arrive, Objective, needs_goal
+from slalom.fleet.fleet import DETOURS
 from slalom.lookahead.navigator import LookAhead
 from slalom.model.goal import Goal, refuse_stop
 from slalom.model.limits import Limits
@@ -138,6 +140,10 @@ def _near(obstacle: Obstacle, t: float, positions: dict[int, Array], shapes: Seq
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A scenario: robots, obstacles and the settings of a run.
+
+
+MAX_STEPS: Final = 10_000_000
+"""[1] Steps of a scenario. Larger: a slip in dt runs for days. Smaller: long studies are refused."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,7 +397,7 @@ def unfit_times(
 def whole_periods(interval: float, dt: float, name: str = "replan") -> int:
     """Steps of dt [s] in an interval [s], at least 1. Raises InvalidInput if that is not a multiple."""
     steps = max(1, round(interval / dt))
-    if interval and abs(steps * dt - interval) > WHOLE_PERIODS * interval:
+    if interval and abs(steps * dt - interval) > WHOLE_COUNT * interval:
         raise InvalidInput(f"{name}: expected a multiple of dt = {dt:g} s, found {interval:g} s")
     return steps
 

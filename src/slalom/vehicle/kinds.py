@@ -10,29 +10,60 @@ See docs/vehicles.md for the bound.
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan, atan2, cos, hypot, pi, sin, sqrt, tan
-from typing import Annotated, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import Array, NotNegative, Positive, check_fields, positive
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import (
-    CIRCLE_SLACK,
-    CREEPING,
-    FEEDBACK_SHARE,
-    REVERSALS,
-    SPEED_STEP,
-    STEEPEST_BEARING,
-    STEEPEST_COURSE,
-    STEERING_CONE,
-    TURN_STEPS,
-)
 from slalom.model.bounds import HeadingCone, TurningRadius
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
 from slalom.model.trajectory import Stationary
-from slalom.vehicle.vehicle import Command, Motion, Pose, Turning, Vehicle
+from slalom.vehicle.vehicle import CREEPING, Command, Motion, Pose, Turning, Vehicle
+
+TURN_STEPS: Final = 20
+"""[1] Most steps of Newton's method for the turn in a period. It converges in 3 to 5.
+
+Larger: never needed. Smaller: the velocity at the end of a period is not the commanded one.
+"""
+
+STEERING_CONE: Final = 1.2
+"""[rad] Largest angle by which a decision for a bicycle turns its course.
+
+Larger: manoeuvres that the steering does not follow are chosen. Smaller: slower avoidance.
+"""
+
+REVERSALS: Final = (3.0, 2.0, 1.0)
+"""[1] Distances in turning radii by which a bicycle leaves a place backwards; the first free one is taken.
+
+Longer: more room for the next turn, and more that is driven twice. Shorter: it may need several reversals.
+"""
+
+STEEPEST_COURSE: Final = 1.4
+"""[rad] Largest angle between the heading of a bicycle and the velocity that its steering aims at, below pi / 2.
+
+Larger: steering angles close to a right angle. Smaller: a very long steered point ahead of the front axle is not used.
+"""
+
+SPEED_STEP: Final = 0.98
+"""[1] Ratio of successive speeds among which the largest permitted one of a vehicle is found.
+
+Closer to 1: a speed that is up to 2 % larger.
+"""
+
+CIRCLE_SLACK: Final = 1.1
+"""[1] Circle on which a bicycle turns towards a goal far to its side, in circles of its smallest turning radius.
+
+Larger: wider turns. With 1 the goal may slip into the circle, and the turn begins anew.
+"""
+
+STEEPEST_BEARING: Final = 1.0
+"""[rad] Angle between the course of a bicycle and its goal beyond which it first turns along a circle.
+
+Larger: accelerations towards the goal that slow it down before it turns. Smaller: wider turns.
+"""
 
 
 @dataclass(frozen=True)
@@ -223,6 +254,13 @@ class Bicycle(Vehicle):
 # Let e be the unit vector along the heading and n the one to its left. With speed v and turn rate w the point at the
 # distance l ahead of the axle has the velocity v e + l w n. Every velocity of the point thus belongs to one (v, w).
 # The drive stands still, turns in place and starts from rest in every direction. docs/vehicles.md derives the bound.
+
+
+FEEDBACK_SHARE: Final = 0.5
+"""[1] Largest share of the acceleration of a vehicle, and of its speed, that the correction of errors may take.
+
+Larger: faster vehicles with slower reactions. Smaller: in long periods vehicles are slower.
+"""
 
 
 WORST_CASE_SHARE = 1.5 + sqrt(3.0) / 18.0

@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, hypot
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import GOAL, LIMITS, Array, has, not_negative, number, positive, whole
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import CONTACT_SLACK, GROWTHS, TIME, TRACKING_RESERVE, TURN_RESERVES
+from slalom.base.tolerances import CONTACT_SLACK, TIME
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.methods import HOLDS, Method
@@ -23,6 +23,26 @@ from slalom.model.shape import Capsule, Disc, Rectangle
 from slalom.model.state import State
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle
+
+GROWTHS: Final = (0.0, 0.5, 1.0)
+"""[1] Growths of the robot in the plans of a vehicle, in distances of the point from the axle.
+
+With 0 the body is where the point is, with 1 it is anywhere around it. More: more decisions, better ones in narrow
+places. Fewer: the vehicle keeps its plan more often.
+"""
+
+TURN_RESERVES: Final = (0.0, 0.01)
+"""[rad] Changes of the heading that plans for the body at its present heading allow for.
+
+Larger: gaps are missed. Smaller: plans are rejected because the body turns.
+"""
+
+TRACKING_RESERVE: Final = 0.1
+"""[1] What the plans of a vehicle keep beyond its margin, in tracking errors.
+
+A plan that keeps exactly the margin is rejected if its vehicle is a little off. 0: most plans are rejected. Larger:
+gaps are missed; 1 is the bound of the error within a period.
+"""
 
 
 class Moment(NamedTuple):

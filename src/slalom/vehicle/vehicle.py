@@ -23,7 +23,6 @@ from slalom.base.checks import (
     positive,
     vector,
 )
-from slalom.base.tolerances import CREEPING, GOAL_HEADING_BLEND, POINT_TOLERANCE, QUADRATURE_STAGES
 from slalom.decision import Decision
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -37,6 +36,13 @@ from slalom.obstacle.periodic import moved
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Integration of the motion of a vehicle in one period, and its path as cubic pieces.
+
+
+QUADRATURE_STAGES: Final = 5
+"""[1] Nodes of Gauss quadrature for the motion in a period; its error is of the order 10, far below a micrometre.
+
+More: slower plans of vehicles. Fewer: the motion is less exact than the pieces that stand for it.
+"""
 
 
 def _collocation() -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
@@ -158,6 +164,20 @@ def hermite_error(speeds: Array, turning: Turning, offset: float, step: float) -
 # State and command of a vehicle in the plane, and the goal of the point that it decides for.
 
 
+GOAL_HEADING_BLEND: Final = 0.25
+"""[1] Distance from its goal, in tolerances of the goal, at which a vehicle keeps its heading rather than turns to it.
+
+Larger: an axle beside its goal is left there. Smaller: the vehicle turns on the spot for errors that do not matter.
+"""
+
+POINT_TOLERANCE: Final = 0.5
+"""[1] Tolerance of the goal of the point ahead of the axle, in tolerances of the goal of the axle.
+
+The rest is left for the heading at the goal. Larger: the axle may stop short of its tolerance. Smaller: slower
+arrivals.
+"""
+
+
 POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")
 """For checks, see `checks.STATE`."""
 
@@ -224,6 +244,13 @@ def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bo
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Common parts of vehicles: decisions for a point ahead of the axle, and commands that follow its plan.
+
+
+CREEPING: Final = 1e-3
+"""[m/s] A bicycle that is to be slower than this keeps its steering angle.
+
+Larger: it leaves the place where it stops with the wrong course. Much smaller: rounding of the velocity steers.
+"""
 
 
 @dataclass(frozen=True)

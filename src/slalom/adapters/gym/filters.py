@@ -2,7 +2,7 @@
 
 from collections.abc import MutableMapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 from weakref import WeakValueDictionary
 
 import gymnasium
@@ -14,12 +14,18 @@ from slalom.adapters.gym.vector import Observations, RobotsEnv
 from slalom.adapters.gym.worlds import Worlds
 from slalom.base.checks import METHOD, Array, array_of, has
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import INTERVENTION
 from slalom.decision import Decision, Outcome
 from slalom.decision.methods import Method, method as method_named
 from slalom.decision.objective import FollowAcceleration
 from slalom.kernels.arrays import Flags
 from slalom.obstacle.table import ObstacleTable
+
+INTERVENTION: Final = 1e-6
+"""[1] A filter has intervened if it changes an acceleration by more than this, in units of the largest one.
+
+Larger: small changes count as none. Smaller: rounding counts as an intervention.
+"""
+
 
 Tables = MutableMapping[int, ObstacleTable]
 

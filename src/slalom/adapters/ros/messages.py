@@ -7,8 +7,14 @@ import numpy as np
 
 from slalom.base.checks import Array, number, shown, vector
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import QUATERNION
 from slalom.vehicle.vehicle import Pose
+
+QUATERNION: Final = 1e-3
+"""[1] Largest difference from 1 of the length of a quaternion in a message; it is then normalised.
+
+More than rounding to float32 over many products. Larger: quaternions that were never set pass as rotations.
+"""
+
 
 T = TypeVar("T")
 SECOND: Final = 1_000_000_000

@@ -7,10 +7,10 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from slalom.adapters.ros.messages import SECOND, Frames, Odometry, Placed, Placement, odometry, seconds, xyz
+from slalom.adapters.ros.settings import OCCUPIED
 from slalom.adapters.ros.tracked import grid_polygons, markers, objects, obstacles, walls
 from slalom.base.checks import GOAL, Array, has, text
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import EARLY_DECISION, OCCUPIED
 from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import FollowVelocity
@@ -52,6 +52,14 @@ def _vector3(kinds: Any, values: tuple[float, ...]) -> Any:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The core of a node: messages in, commands out. It reads no clock and no topic, so that a replay repeats it.
+
+
+EARLY_DECISION: Final = 0.9
+"""[1] Least time since the last decision, as a share of the period, after which odometry leads to the next one.
+
+Odometry comes with jitter: at 1, a message that is early by a microsecond costs a whole period. Smaller: decisions come
+more often than once a period, if odometry does.
+"""
 
 
 KINDS: Final = {

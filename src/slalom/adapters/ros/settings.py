@@ -2,12 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-from slalom.base.tolerances import OCCUPIED
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from slalom.adapters.ros.node import Node
+
+
+OCCUPIED: Final = 65
+"""[%] Least value of an occupied cell of an occupancy grid by default, as map servers use it.
+
+Larger: fewer cells are obstacles. Unknown cells (-1) are decided apart.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)

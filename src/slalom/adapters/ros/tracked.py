@@ -10,11 +10,17 @@ import shapely
 from slalom.adapters.ros.messages import Frames, Placement, heading_of, nanoseconds, rotation, xyz
 from slalom.base.checks import Array, not_negative, positive
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import GRID_NOTCH, UPRIGHT
 from slalom.model.shape import Disc, Polygon, Polyline, Rectangle, Shape
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
+
+UPRIGHT: Final = 1.0 - 1e-6
+"""[1] Least cosine of the tilt of a box or cylinder whose footprint counts as the one it has upright (0.08 degrees).
+
+More tilted ones count as the disc about all of them. Smaller: the footprint of a high box is underestimated.
+"""
+
 
 CUBE, SPHERE, CYLINDER = 1, 2, 3
 """Types of visualization_msgs/Marker that are bodies."""
@@ -142,6 +148,14 @@ def _round(semiaxes: Array, axes: Array, flat: bool, name: str) -> Shape:
 # Occupied cells are joined to regions. Notches of their outlines that are not deeper than GRID_NOTCH are filled, which
 # only adds area. The regions are cut into triangles, and triangles are joined as long as they stay convex (after
 # Hertel and Mehlhorn, 1983). All of this is in units of cells, so that the corners of cells are exact.
+
+
+GRID_NOTCH: Final = 1.5
+"""[cell] Depth up to which notches of an occupied region are filled, at which its outline has fewer corners.
+
+The outline of a straight wall of any slope has steps of less than sqrt(2) cells; they become one edge. Larger: fewer,
+coarser obstacles. 0: outlines as they are, with many times as many obstacles.
+"""
 
 
 Point = tuple[float, float]

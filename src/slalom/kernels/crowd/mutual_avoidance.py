@@ -4,11 +4,24 @@ The model is optimal reciprocal collision avoidance (van den Berg, Guy, Lin and 
 of its agents a half-plane of velocities. An agent takes the permitted velocity nearest its preferred one.
 """
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import CROWD_RELAXATIONS, PARALLEL_LINES
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
+
+CROWD_RELAXATIONS: Final = 40
+"""[1] Bisections of the amount by which the half-planes of an agent are moved where they permit no velocity.
+
+More: never needed. Fewer: a velocity that is not nearest to what is permitted.
+"""
+
+PARALLEL_LINES: Final = 1e-10
+"""[1] Sine of the angle below which the borders of two half-planes do not intersect.
+
+Larger: half-planes at a small angle count as parallel. Smaller: intersections far away, with rounding.
+"""
 
 
 @kernel

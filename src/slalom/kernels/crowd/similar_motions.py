@@ -5,19 +5,40 @@ present ones, as a Gaussian. The mean deviation of the nearest motions from thei
 velocity: a regression as by Nadaraya (Theory of Probability and Its Applications 9, 1964).
 """
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import (
-    SIMILAR_CANDIDATES,
-    SIMILAR_DOUBT,
-    SIMILAR_MEMORY,
-    SIMILAR_PLACE,
-    SIMILAR_REACH,
-    SIMILAR_VELOCITY,
-    SIMILAR_VELOCITY_SPAN,
-)
+from slalom.base.tolerances import SIMILAR_MEMORY, SIMILAR_VELOCITY_SPAN
 from slalom.kernels.arrays import Array, Indices, TrackSamples
 from slalom.kernels.jit import kernel, squared
+
+SIMILAR_PLACE: Final = 3.0
+"""[spacings] Scale of the distance between similar motions: the way in this time at the present speed.
+
+Larger: motions of other lanes count. Smaller: few earlier motions are similar.
+"""
+
+SIMILAR_VELOCITY: Final = 0.3
+"""[1] Scale of the difference between velocities of similar motions, as a share of the present speed.
+
+Larger: motions that turn elsewhere count. Smaller: few earlier motions are similar.
+"""
+
+SIMILAR_REACH: Final = 4.0
+"""[1] Scales beyond which motions are not similar. Larger: weights of 0 are added. Smaller: weights jump to 0."""
+
+SIMILAR_DOUBT: Final = 0.5
+"""[1] Weight of the present velocity beside the weights of similar motions, each at most 1.
+
+Larger: single earlier motions count less. Smaller: one earlier motion is repeated as it was.
+"""
+
+SIMILAR_CANDIDATES: Final = 4
+"""[1] Similar motions that are kept, in multiples of those that count: some end too early for later knots.
+
+Larger: more work. Smaller: fewer count at late knots.
+"""
 
 
 @kernel

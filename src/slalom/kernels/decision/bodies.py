@@ -1,10 +1,10 @@
 """Passive bodies that one robot may meet within the horizon: their pieces, cut to it, with margins."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.tolerances import AGREED_SIDE, CONTACT_SLACK, COOPERATION_RANGE, SIDE_ROUNDING
+from slalom.base.tolerances import CONTACT_SLACK
 from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, Records
 from slalom.kernels.decision.neighbours import farthest_distance
 from slalom.kernels.decision.paths import state_on_path
@@ -250,6 +250,20 @@ def heads_nearby(i: int, radius: Array, count: int, rows: ObstaclePieces, tables
 # Shares of the avoidance of two robots that avoid each other, and the side on which they pass.
 
 
+AGREED_SIDE: Final = 0.1
+"""[1] Half the width by which a robot counts as wider on the side on which two robots do not pass, in sums of radii.
+
+Larger: robots pass farther from each other and arrive later. Smaller: two robots that avoid towards the same side
+collide.
+"""
+
+SIDE_ROUNDING: Final = 1e-18
+"""[1] Square of the share of the relative velocity across the line between two robots that is a side.
+
+Larger: robots that meet almost head-on pass on the right. Smaller: rounding decides the side.
+"""
+
+
 @kernel
 def share_of(robot: Robot, other: Robot, settings: DecisionSettings) -> float:
     """The part [1] of the avoidance that a robot does itself: with more priority than the other one it does less."""
@@ -297,6 +311,13 @@ def agreed_side(robot: Robot, other: Robot, position: Array, velocity: Array, ro
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Encounters of one robot: passive bodies and other robots as pieces with margins.
+
+
+COOPERATION_RANGE: Final = 0.3
+"""[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part.
+
+Larger: less use is made of reciprocity. Smaller: two robots with wrong predictions of each other touch.
+"""
 
 
 @kernel

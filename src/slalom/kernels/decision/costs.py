@@ -1,18 +1,10 @@
 """Cost of a manoeuvre: the time until the robot arrives. And the optimistic cost of a response, without obstacles."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import (
-    AIM_FIRST,
-    AIM_LATEST,
-    AIM_ROOT,
-    AIM_STEPS,
-    AIM_TIMES,
-    ARRIVAL_SAMPLES,
-    BALL_WINDOWS,
-    COST_TIE,
-    FASTEST_SLACK,
-)
+from slalom.base.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES
 from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.callback import call_back
 from slalom.kernels.decision.bodies import is_elsewhere
@@ -20,6 +12,7 @@ from slalom.kernels.decision.limits import admissible_set, excess, peak_drift, s
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
 from slalom.kernels.decision.tables import (
     ARRIVE,
+    BALL_WINDOWS,
     COST,
     FOLLOW_ACCELERATION,
     FOLLOW_VELOCITY,
@@ -37,6 +30,12 @@ from slalom.kernels.decision.tables import (
 from slalom.kernels.decision.targets import desired_velocity, rests_within, target_state, time_to_target
 from slalom.kernels.geometry.cubic import copy_into, new_stack, value
 from slalom.kernels.jit import inlined, kernel, squared
+
+ARRIVAL_SAMPLES: Final = 8
+"""[1] Times at which a manoeuvre is tested for an arrival before its control has been carried out.
+
+Larger: an arrival on the way is noticed earlier. Smaller: a robot may pass its goal unnoticed in the cost.
+"""
 
 
 @kernel
@@ -318,6 +317,31 @@ def detour_lengths(position: Array, goal: Array, centers: Array, radii: Array) -
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Controls of a response that a robot considers, and the optimistic costs by which responses are ordered.
+
+
+COST_TIE: Final = 1e-9
+"""[s] Costs and optimistic costs that differ by less are equal: the first response is taken.
+
+Larger: more ties. Smaller: rounding decides which response is taken.
+"""
+
+FASTEST_SLACK: Final = 1e-6
+"""[1] Share by which the time to a target at the largest speed is reduced, for rounding.
+
+Larger: more times are tested that no control can meet. Smaller than the rounding: the earliest time may be missed.
+"""
+
+AIM_STEPS: Final = 60
+"""[1] Most steps of regula falsi towards the earliest aim; seldom more than ten.
+
+Smaller: the aim is later than it could be.
+"""
+
+AIM_ROOT: Final = 1e-14
+"""[1] Relative width of the bracket of the earliest aim at which its search ends.
+
+Larger: costs that are equal in theory differ. Smaller than rounding: all steps are computed.
+"""
 
 
 @inlined

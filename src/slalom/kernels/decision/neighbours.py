@@ -7,12 +7,20 @@ list finds the robots that are near at all, see `cell_list`.
 
 import numpy as np
 
-from slalom.base.tolerances import BALL_ROUNDING, BALL_WINDOWS, RESPONSE_WINDOWS
+from slalom.base.tolerances import BALL_ROUNDING
 from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.limits import peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import ball_of, bounding_balls, continue_from_state, predict, unchanged_control
-from slalom.kernels.decision.tables import CellList, DecisionSettings, ResponseTable, Robot, RobotTable
+from slalom.kernels.decision.tables import (
+    BALL_WINDOWS,
+    RESPONSE_WINDOWS,
+    CellList,
+    DecisionSettings,
+    ResponseTable,
+    Robot,
+    RobotTable,
+)
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel, squared
 

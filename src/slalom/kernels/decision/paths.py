@@ -1,12 +1,20 @@
 """Paths of robots as cubic pieces: under a control of a response, committed, observed."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import AT_REST, BALL_ROUNDING, BALL_WINDOWS, FOLLOWING_ERROR, REST_DURATION
+from slalom.base.tolerances import BALL_ROUNDING, REST, REST_DURATION
 from slalom.kernels.arrays import Array
-from slalom.kernels.decision.tables import DecisionSettings, Paths, ResponseTable, Robot, RobotTable
+from slalom.kernels.decision.tables import BALL_WINDOWS, DecisionSettings, Paths, ResponseTable, Robot, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
 from slalom.kernels.jit import inlined, kernel, squared
+
+FOLLOWING_ERROR: Final = 1e-9
+"""[m, m/s] A robot within this of its committed manoeuvre follows it exactly, up to rounding.
+
+Larger: errors of execution go unnoticed up to it. Smaller: committed paths move by rounding at every decision.
+"""
 
 
 @kernel
@@ -243,7 +251,7 @@ def rest_of_path(paths: Paths, i: int, now: float) -> float:
         for c in range(3):
             for axis in range(points.shape[3]):
                 largest = max(largest, abs(points[i, p, c, axis] - points[i, p, 3, axis]))
-        if largest > AT_REST * width:
+        if largest > REST * width:
             return rest
         rest = max(times[i, p] - now, 0.0)
     return rest

@@ -3,9 +3,10 @@
 A robot is predicted to stop where it would get into contact with a body that does not move within the horizon.
 """
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import STOP_DEPTH
 from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.bodies import hulls_of_bodies, is_elsewhere, is_near
 from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, Paths, RobotTable
@@ -13,6 +14,12 @@ from slalom.kernels.geometry.cubic import copy_into, restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.window import rows_within
+
+STOP_DEPTH: Final = 1e-3
+"""[m] How deep in an obstacle an observed robot is predicted to stop, at most; deeper if it gets there in one period.
+
+Larger: stops are predicted later. Smaller: a robot that moves along a wall may be predicted to stop by rounding.
+"""
 
 
 @kernel

@@ -1,25 +1,28 @@
 """Motion of bodies relative to a robot under one response: the segments on which its controls can collide."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import (
-    CANDIDATES,
-    ELEMENTS,
-    RESPONSE_WINDOWS,
-    REST_ROUNDING,
-    WORK_CHOICE,
-    WORK_CONTROL,
-    WORK_ELEMENT,
-)
+from slalom.base.tolerances import CANDIDATES, ELEMENTS, REST_ROUNDING
 from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
 from slalom.kernels.decision.bodies import hulls_of_bodies, meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import response_balls
-from slalom.kernels.decision.tables import DecisionTables, GrownBodies, ObstaclePieces, RelativeMotion
+from slalom.kernels.decision.tables import RESPONSE_WINDOWS, DecisionTables, GrownBodies, ObstaclePieces, RelativeMotion
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 from slalom.kernels.selection.exchange import SAFE, nearest_free
+
+WORK_CHOICE: Final = 8.0
+"""[us] Counted for an exact selection, and for an attempt to steer to the goal: see WORK_NODE."""
+
+WORK_CONTROL: Final = 1.4
+"""[us] Counted for the test of one control by an exact selection among the obstacles of a decision: see WORK_NODE."""
+
+WORK_ELEMENT: Final = 10.0
+"""[us] Counted for an element of such a selection where bodies have corners: see WORK_NODE."""
 
 
 @inlined

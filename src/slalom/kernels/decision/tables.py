@@ -5,7 +5,6 @@ from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.tolerances import BALL_WINDOWS, RESPONSE_WINDOWS
 from slalom.kernels.arrays import (
     Array,
     ControlPoints,
@@ -19,6 +18,19 @@ from slalom.kernels.arrays import (
     Vector,
     record_type,
 )
+
+RESPONSE_WINDOWS: Final = 48
+"""[1] Windows of the horizon in which the motion under one response is bounded; a multiple of 2 BALL_WINDOWS.
+
+Larger: fewer pieces of obstacles are tested for a response, at more cost of the bounds. Smaller: the contrary.
+"""
+
+BALL_WINDOWS: Final = 6
+"""[1] Windows of the horizon, each with a bounding ball of every observed path and reachable set.
+
+Larger: tighter balls that cost more to test. Smaller: more robots that cannot be met are examined.
+"""
+
 
 EVERY_WORLD = -1
 """The world of a body that is in all of them."""

@@ -1,20 +1,10 @@
 """Targets at rest or in motion: their positions, the velocity that leads to them, the time to reach them."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import (
-    ADMISSIBLE,
-    ARRIVAL_COUNT,
-    ARRIVAL_FIRST,
-    ARRIVAL_RATIO,
-    ARRIVAL_ROOT,
-    ARRIVAL_STEPS,
-    AT_REST,
-    BRAKING_SHARE,
-    INTERCEPTION_STEPS,
-    INTERCEPTION_WAIT,
-    SECANT_OFFSET,
-)
+from slalom.base.tolerances import ADMISSIBLE, BRAKING_SHARE, REST
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.tables import FOLLOW_VELOCITY, ResponseTable, Robot, RobotTable, Scratch, TargetPaths
 from slalom.kernels.geometry.cubic import slope, value
@@ -22,6 +12,43 @@ from slalom.kernels.jit import inlined, kernel, squared
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Earliest arrival of a point that accelerates and then coasts; desired velocity; estimate of the time to the goal.
+
+
+ARRIVAL_ROOT: Final = 5e-10
+"""[1] Relative distance from the earliest arrival at which a root found by secants is accepted.
+
+Larger: more steps of the bisection are computed. Smaller: more roots are rejected, and all steps are computed.
+"""
+
+ARRIVAL_STEPS: Final = 6
+"""[1] Most secant steps towards the earliest arrival; more than four are seldom needed.
+
+Larger: time lost where secants do not converge. Smaller: bisection more often.
+"""
+
+ARRIVAL_FIRST: Final = 1e-3
+"""[s] First of the times between which an earliest arrival is sought.
+
+Larger: arrivals before it are rounded up. Smaller: more times.
+"""
+
+ARRIVAL_RATIO: Final = 1.05
+"""[1] Ratio of successive times of that list.
+
+Larger: two arrivals may lie in one interval. Smaller: more times.
+"""
+
+ARRIVAL_COUNT: Final = 424
+"""[1] Number of these ratios: the last time is about 1e6 s.
+
+Smaller: later arrivals count as never.
+"""
+
+SECANT_OFFSET: Final = 1e-4
+"""[1] Relative offset of the second start of the secants.
+
+Larger: a step more. Smaller: the first difference is rounding.
+"""
 
 
 ARRIVAL_TIMES = np.multiply.accumulate(np.concatenate([[ARRIVAL_FIRST], np.full(ARRIVAL_COUNT, ARRIVAL_RATIO)]))
@@ -230,6 +257,19 @@ def time_to_go(
 # Targets at rest or in motion: their positions, the velocity that leads to them, the time to reach them.
 
 
+INTERCEPTION_STEPS: Final = 4
+"""[1] Iterations that find where a robot at maximum speed meets a moving goal.
+
+Larger: exact for goals that turn quickly. Smaller: the robot moves to a place that the goal passes at another time.
+"""
+
+INTERCEPTION_WAIT: Final = 10.0
+"""[s] Largest growth of the time of an interception in its first iteration: goals may outrun the robot.
+
+Larger: the robot moves to a far future place of a goal that it cannot reach. Smaller: more iterations are needed.
+"""
+
+
 @kernel
 def moving_target(i: int, t: float, targets: TargetPaths, position: Array, velocity: Array) -> None:
     """Write the position (3,) [m] and velocity (3,) [m/s] of the moving target of robot i at time t [s]."""
@@ -288,9 +328,7 @@ def rests_within(robot: Robot, away: Array, velocity: Array, step: float) -> boo
     for axis in range(len(away)):
         square += squared(away[axis] - 0.5 * step * velocity[axis])
         speed += squared(velocity[axis])
-    return bool(
-        square <= squared(robot.tolerance) and speed <= squared(AT_REST + step * robot.stopping / BRAKING_SHARE)
-    )
+    return bool(square <= squared(robot.tolerance) and speed <= squared(REST + step * robot.stopping / BRAKING_SHARE))
 
 
 @inlined

@@ -8,12 +8,26 @@ alone the row matters. `boundaries` is an array of such rows, (n, 5) or (n, 9), 
 """
 
 from math import pi
+from typing import Final
 
 import numpy as np
 
-from slalom.base.tolerances import ADMISSIBLE, ELEMENT, PARALLEL
+from slalom.base.tolerances import ADMISSIBLE
 from slalom.kernels.arrays import Array, Plane
 from slalom.kernels.jit import kernel, squared
+
+ELEMENT: Final = 1e-12
+"""[1] Relative depth inside an element that counts as lying on its boundary.
+
+Candidates are intersections of element boundaries and carry rounding of this order. Times the distances met
+(up to kilometres) it stays below CONTACT, so no collision hides in it.
+"""
+
+PARALLEL: Final = 1e-12
+"""[1] Sine of the angle below which two planes count as parallel, and relative distance from a circle's axis.
+
+The intersection of boundaries that meet at a smaller angle depends on rounding only.
+"""
 
 
 @kernel

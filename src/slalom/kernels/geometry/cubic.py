@@ -7,14 +7,18 @@ by their signs alone, without sampling and without a root formula that degenerat
 A node of a bisection is a row of nine numbers: seven coefficients, left end, width.
 """
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.tolerances import DEPTH, LEAST_WIDTH
+from slalom.base.tolerances import DEPTH
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
+
+LEAST_WIDTH: Final = 0.5**DEPTH
+"""[1] Width of a cubic piece after that many bisections, as a share of the whole piece."""
+
 
 NODE = 9
 

@@ -5,13 +5,13 @@ The hull's corners move on cubics: the origin's, plus each corner turned by the 
 corners at one time, in the plane counter-clockwise.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
-from slalom.base.tolerances import CLEARANCE, CONTACT, DEEPEST_SAMPLES, GOLDEN_STEPS, LEAST_WIDTH
+from slalom.base.tolerances import CLEARANCE, CONTACT
 from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, Segments
-from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.geometry.cubic import LEAST_WIDTH, restrict, value
 from slalom.kernels.jit import kernel, squared
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -330,6 +330,19 @@ def least_along(separating: Array, gain: Array, u: Array) -> float:
 #
 # Spans of time are bisected until a bound or a distance decides. A control that slides along a hull at the distance 0
 # would be bisected without end: collisions less deep than CLEARANCE are not sought.
+
+
+DEEPEST_SAMPLES: Final = 8
+"""[1] Intervals of a segment at whose ends the depth inside a hull is sampled before golden section.
+
+Larger: deeper elements, at more cost each. Smaller: a deeper time may be missed, and the exchange takes longer.
+"""
+
+GOLDEN_STEPS: Final = 18
+"""[1] Steps of golden section towards the deepest time: each multiplies the interval by 0.618.
+
+Larger: time spent below rounding. Smaller: elements are less deep.
+"""
 
 
 @kernel

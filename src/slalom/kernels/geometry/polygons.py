@@ -4,13 +4,20 @@ Several polygons are one flat list of corners. Polygon k has the corners (x, y) 
 counter-clockwise. It is rounded by radii[k], and the disc (x, y, r) in row k of `around` contains it.
 """
 
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
-from slalom.base.tolerances import ELEMENT, POLYGON_SLACK
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
+from slalom.kernels.geometry.boundaries import ELEMENT
 from slalom.kernels.jit import kernel, squared
+
+POLYGON_SLACK: Final = 1e-9
+"""[1] Relative slack by which arcs and edges of rounded polygons count as reaching into the admissible set.
+
+Larger: more candidates. Smaller: rounding loses a boundary that touches the set.
+"""
+
 
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array]
 """corners, begins, radii, around; begins[0] is the number of polygons, polygon k lies from begins[k + 1] on."""

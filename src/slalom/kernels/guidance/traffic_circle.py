@@ -3,32 +3,11 @@
 `update_targets` keeps one circle for each robot; in periodic worlds, `keep_right` passes one robot after the other.
 """
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import (
-    CIRCLE_ARC,
-    CIRCLE_CENTRE,
-    CIRCLE_DRIFT,
-    CIRCLE_ENTRY,
-    CIRCLE_OWN_RADIUS,
-    CIRCLE_PATIENCE,
-    CIRCLE_ROOM,
-    CIRCLE_SPACING,
-    CIRCLE_SPEED,
-    CIRCLE_TOLERANCE,
-    DIVISOR_FLOOR,
-    ENCOUNTER_DISTANCE,
-    ENCOUNTER_SHARE,
-    FILTER_ROUNDING,
-    FILTER_SLACK,
-    FILTER_SLOWEST,
-    FLAGS_PER_WORD,
-    KEEP_RIGHT_COSINE,
-    KEEP_RIGHT_TIME,
-    SAME_DIRECTION_COSINE,
-    TANGENT_DISTANCE,
-    WAYPOINT_TOLERANCE,
-)
+from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.arrays import Array, Flags, Indices, Singles
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.guidance.grid_astar import cell_costs, farthest_in_sight, goal_in_sight, new_path_search
@@ -40,6 +19,42 @@ from slalom.kernels.jit import kernel, squared, vectorized
 # Conservative single-precision filter that discards robots which cannot affect robot i before the exact test.
 #
 # It passes every robot that matters and few others: its bounds are wider than the rounding errors of single precision.
+
+
+FLAGS_PER_WORD: Final = 8
+"""[1] Flags of one byte that are tested as one word of 64 bits, so that eight discarded robots cost one comparison."""
+
+FILTER_ROUNDING: Final = 8e-6
+"""[1] Error bound of a quantity computed in single precision, as a share of its largest term.
+
+Each number is good to 6e-8, and fewer than ten roundings add up. Larger: the early rejection passes more robots.
+Below 1e-6: rounding may discard a robot that is encountered.
+"""
+
+FILTER_SLOWEST: Final = 1e-9
+"""[m/s] Robots slower than this, but not at rest, always pass the early rejection: their squared speed underflows.
+
+Larger: more robots pass. Below 1e-19 m/s squares are 0 in single precision and such a robot could be discarded.
+"""
+
+FILTER_SLACK: Final = 0.01
+"""[1] Relative excess of squared distances and of times in the early rejection, for the rounding of cross terms.
+
+Larger: more robots pass. Smaller: the absolute error bound grows as its inverse, and more slow robots pass.
+"""
+
+CIRCLE_ENTRY: Final = 2.0
+"""[1] Robots within this many of their radii of a traffic circle, or on their way there, are counted on it.
+
+Larger: robots that only pass enlarge the circle. Smaller: robots that enter are counted late.
+"""
+
+CIRCLE_ARC: Final = 1.57
+"""[1] Robots count on a traffic circle if their distances from its centre differ by this many of its radii, or less.
+
+That is a quarter of its circumference. Larger: robots that are there at other times enlarge the circle, in large crowds
+without end. Smaller: robots in the same queue have different circles and meet frontally (docs/design/0008).
+"""
 
 
 @kernel
@@ -154,6 +169,98 @@ def list_candidates(rows: RobotRows) -> int:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Traffic circles: robots whose straight paths would meet pass the common point counterclockwise.
+
+
+ENCOUNTER_DISTANCE: Final = 1.3
+"""[1] Two robots encounter each other if they would come nearer than this many times the sum of their radii.
+
+Larger: robots form traffic circles that they do not need. Smaller: near misses slow robots down (docs/design/0008).
+"""
+
+ENCOUNTER_SHARE: Final = 0.999
+"""[1] Share of the path to the waypoint on which encounters count. At the waypoint itself a robot stops instead.
+
+Larger: above 1 a robot circles around its own goal. Smaller: encounters near the waypoint are noticed later.
+"""
+
+SAME_DIRECTION_COSINE: Final = 0.7
+"""[1] Robots whose directions have a larger cosine than this follow or overtake each other: no encounter.
+
+Larger: converging robots form traffic circles. Smaller: crossing robots no longer do.
+"""
+
+CIRCLE_ROOM: Final = 1.2
+"""[1] Radius of a traffic circle as a share of the radius on which its robots fit side by side (CIRCLE_SPACING).
+
+Larger: a longer way around it. Smaller: robots block each other on it (docs/design/0008).
+"""
+
+CIRCLE_SPACING: Final = 2.2
+"""[1] Length of a traffic circle per robot, as a multiple of its radius: one diameter and a tenth.
+
+Larger: a longer way around. Below 2: robots on the circle overlap.
+"""
+
+CIRCLE_OWN_RADIUS: Final = 0.5
+"""[1] Share of a robot's own radius that is added to the radius of a traffic circle fitted to others.
+
+Larger: longer ways. Smaller: a large robot cuts into the circle of small ones.
+"""
+
+CIRCLE_DRIFT: Final = 0.05
+"""[1] Share of the way to the mean position of its robots by which the centre of a traffic circle moves in one step.
+
+It holds while the number of robots does not grow. Larger: the centre follows each robot that joins, and robots leave
+too early. Smaller: the centre stays at the first encounter, beside the later ones.
+"""
+
+CIRCLE_SPEED: Final = 0.1
+"""[1] Share of its maximum speed above which a robot within a traffic circle is counted even if it moves outwards.
+
+Larger: slow robots on the circle are not counted. Smaller: robots at rest within it are.
+"""
+
+CIRCLE_CENTRE: Final = 1e-6
+"""[m] A robot nearer than this to the centre of a traffic circle has no tangent, and moves to its waypoint.
+
+Larger: more robots lose their circle. Smaller: the direction of the tangent is rounding.
+"""
+
+CIRCLE_TOLERANCE: Final = 0.5
+"""[m] Tolerance of targets on the tangent of a traffic circle. They move on at each step, so none is driven to.
+
+Larger: a robot may count such a target as reached and slow down. Smaller: nothing changes.
+"""
+
+CIRCLE_PATIENCE: Final = 1.0
+"""[s] A robot that has been blocked for longer leaves its traffic circle and moves to its waypoint.
+
+Larger: robots block each other on circles for longer. Smaller: robots leave circles that would have worked.
+"""
+
+TANGENT_DISTANCE: Final = 2.0
+"""[1] Least distance of a target on the tangent of a traffic circle, as a multiple of the radius of the circle.
+
+Larger: no gain. Smaller: a robot near the circle brakes for its target.
+"""
+
+WAYPOINT_TOLERANCE: Final = 0.1
+"""[1] A waypoint before the goal is reached within this share of the robot's radius.
+
+Larger: robots rest beside waypoints that count as reached, without sight of the next one. Smaller: no gain.
+"""
+
+KEEP_RIGHT_TIME: Final = 8.0
+"""[s] In a periodic world a robot passes frontal robots on the right if it encounters them within this time.
+
+Larger: robots turn aside early, for encounters that others prevent. Smaller: they turn aside sharply.
+"""
+
+KEEP_RIGHT_COSINE: Final = 0.8
+"""[1] Least cosine of the angle between a robot's direction and that from which a frontal robot approaches.
+
+Larger: only robots straight ahead are passed on the right. Smaller: robots that cross are passed too.
+"""
 
 
 @kernel

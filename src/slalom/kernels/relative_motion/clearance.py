@@ -1,13 +1,27 @@
 """Clearance, time to collision and the deepest time of given controls: certified, in continuous time."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import CLEARANCE, NEWTON_ACCURACY, NEWTON_STEPS, TIME
+from slalom.base.tolerances import CLEARANCE, TIME
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import curvature, first_below, least, new_stack, put_distance, slope, value
 from slalom.kernels.geometry.hulls import MovingHull, hull_first_below, hull_least, load_path, new_path
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import chord_distances
+
+NEWTON_STEPS: Final = 6
+"""[1] Most steps of Newton's method towards the deepest time of a ball; it converges quadratically.
+
+Larger: never needed. Smaller: elements are less deep, and the exchange takes longer.
+"""
+
+NEWTON_ACCURACY: Final = 1e-4
+"""[1] Share of a segment below which a Newton step ends the search.
+
+Larger: elements are less deep. Smaller: a step more that changes only rounding.
+"""
 
 
 @kernel

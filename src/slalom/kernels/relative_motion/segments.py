@@ -3,11 +3,10 @@
 The meaning of the rows is stated in `slalom.choice.envelope`.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.tolerances import KEPT_ROBOT_MOTIONS
 from slalom.kernels.arrays import (
     Array,
     CutPieces,
@@ -23,6 +22,12 @@ from slalom.kernels.arrays import (
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import MovingHull, hull_distance, least_along, load_path, put_separating
 from slalom.kernels.jit import inlined, kernel, squared, vectorized
+
+KEPT_ROBOT_MOTIONS: Final = 8
+"""[1] Parts of a robot's own motion that are kept from one body to the next, since bodies are often cut at equal times.
+
+Larger: longer lists are searched, most of them without a match. Smaller: the same parts are computed again.
+"""
 
 
 @kernel

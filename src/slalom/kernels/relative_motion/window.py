@@ -3,9 +3,11 @@
 The same operations written with numpy cost as much for each of a dozen small arrays as one of these loops.
 """
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import BALL_ROUNDING, CONTACT_SLACK, OVERLAP, OVERSPEED_BRAKING
+from slalom.base.tolerances import BALL_ROUNDING, CONTACT_SLACK, OVERLAP
 from slalom.kernels.arrays import Array, BodyTable, CutPieces, Flags, Indices, MaybeHulls, Pieces, PositionMap, Snapshot
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
@@ -324,6 +326,13 @@ def share_of_piece(times: Array, s: int) -> float:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The rule of speed limits, once: a robot above its maximum speed cannot obey it at once.
+
+
+OVERSPEED_BRAKING: Final = 0.5
+"""[1] Share of its maximum acceleration with which a robot above its maximum speed must at least brake.
+
+Larger: fewer manoeuvres are admissible. Smaller: it stays too fast for longer. At 0 it need not brake.
+"""
 
 
 @kernel

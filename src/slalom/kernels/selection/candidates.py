@@ -11,11 +11,11 @@ the earlier one is taken first.
 One array and plain loops, since lists of tuples and `heapq` take several seconds to compile.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.tolerances import ADMISSIBLE, SQUARED_DISTANCE_SLACK
+from slalom.base.tolerances import ADMISSIBLE
 from slalom.kernels.arrays import Array
 from slalom.kernels.geometry.boundaries import (
     apart,
@@ -222,6 +222,13 @@ def distance_from_center(limits: Array, b: int, u: Array) -> float:
 # The rows of the heap are those of `candidates`: cost, control, boundaries i and j, and the place on their curve, see
 # `geometry.curves`. Column 6 of a boundary is the value beyond which it excludes a control. It is a squared distance
 # from the centre of a ball, or a product with the normal of a half-space.
+
+
+SQUARED_DISTANCE_SLACK: Final = 1e-7
+"""[1] Share by which a squared distance may be too small by rounding, as that of a nearly tangent intersection.
+
+Larger: more candidates that were rejected already are examined again. Smaller: rounding loses a candidate.
+"""
 
 
 class View(NamedTuple):

@@ -1,16 +1,10 @@
 """Temporal elements of hulls, and of short spans of time: the parts of a control obstacle that reject a control."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import (
-    CONTACT,
-    ELEMENT_DEPTH,
-    ELEMENT_GAIN,
-    ELEMENT_HALVINGS,
-    ELEMENT_RADIUS,
-    ELEMENT_SPAN,
-    SAG_SHARE,
-)
+from slalom.base.tolerances import CONTACT
 from slalom.kernels.arrays import Array, Hulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import (
@@ -24,6 +18,42 @@ from slalom.kernels.geometry.hulls import (
 )
 from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel, squared
+
+ELEMENT_SPAN: Final = 0.25
+"""[1] First half width, as a share of a segment, of the span of time that one element of a hull covers.
+
+Larger: fewer, larger elements, more of them rejected. Smaller: more elements.
+"""
+
+ELEMENT_HALVINGS: Final = 24
+"""[1] How often that width is halved before the element at a single time is taken.
+
+Larger: more work where nothing fits. Smaller: sharp corners need more elements.
+"""
+
+ELEMENT_DEPTH: Final = 0.7
+"""[1] An element over a span must hold the control at least this share as deep as the element at one time.
+
+Larger: shorter spans. Smaller: elements that reject little else.
+"""
+
+ELEMENT_RADIUS: Final = 0.25
+"""[1] And at least this share of its own radius deep.
+
+Larger: shorter spans. Smaller: elements of which the control is hardly inside.
+"""
+
+SAG_SHARE: Final = 0.25
+"""[1] A sag below this share of CONTACT is taken off the radius instead of shrinking the corners.
+
+Larger: elements are a little smaller than needed. Smaller: more corners are shrunk for nothing.
+"""
+
+ELEMENT_GAIN: Final = 1e-9
+"""[1] (unit of the response) Below this gain the corners of a hull have no image in control space.
+
+Larger: early spans have no elements. Smaller: images of corners overflow.
+"""
 
 
 @kernel

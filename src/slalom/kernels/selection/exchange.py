@@ -12,22 +12,11 @@ The working set is always a part of the control obstacle. Every result is theref
 keeps CONTACT clear. The first candidate that passes the test is therefore the optimum.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.tolerances import (
-    CLEARANCE,
-    CONTACT,
-    CONTACT_SHARE,
-    CULLING_FACTOR,
-    CULLING_SHARE,
-    MOST_WORK_IN_SPACE,
-    SMALLEST_GAIN,
-    SQUARED_DISTANCE_SLACK,
-    WORK_CURVE,
-    WORK_POINT,
-)
+from slalom.base.tolerances import CLEARANCE, CONTACT
 from slalom.kernels.arrays import Array, BodyTable, Indices, MaybeHulls, PositionMap, Segments, Workspace
 from slalom.kernels.geometry.cubic import below, value
 from slalom.kernels.geometry.hulls import (
@@ -64,6 +53,7 @@ from slalom.kernels.relative_motion.segments import (
 )
 from slalom.kernels.relative_motion.window import distances_now, kept_radii, segments_of
 from slalom.kernels.selection.candidates import (
+    SQUARED_DISTANCE_SLACK,
     Reference,
     distance_from_center,
     exclude_beyond,
@@ -84,6 +74,13 @@ from slalom.kernels.selection.tables import Scene, States
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The segment that rejects a control, and the place on it: the step that decides whether a control is free.
+
+
+SMALLEST_GAIN: Final = 1e-14
+"""Control obstacles start where the gain exceeds this (unit of the response: s, s^2, s^3).
+
+Below it the control has no effect yet: a collision there is an overlap at the start, which is a status of its own.
+"""
 
 
 @inlined
@@ -152,6 +149,42 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The exact choice: the admissible control nearest to the preferred one that collides with nothing.
+
+
+CULLING_FACTOR: Final = 1.3
+"""[1] Segments are copied on which controls within this many times the candidate's distance may collide.
+
+Smaller: fewer segments are copied and tested, and copying happens more often. Results do not depend on it.
+"""
+
+CULLING_SHARE: Final = 0.06
+"""[1] To that radius this share of the distance of the farthest admissible control is added.
+
+Smaller: as for CULLING_FACTOR, for candidates near the centre. Results do not depend on it.
+"""
+
+CONTACT_SHARE: Final = 0.25
+"""[1] Share of CONTACT by which a control in space may lie inside an element and count as outside.
+
+Candidates are computed with rounding that grows with the distance and size of elements. Larger than 1: the element that
+rejected a control does not exclude it. Much smaller: rounding excludes free controls.
+"""
+
+WORK_CURVE: Final = 30
+"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary.
+
+Larger than its true time: choices with many elements end earlier. Smaller: they may take longer than stated.
+"""
+
+WORK_POINT: Final = 100
+"""[1] Work of a candidate in space besides its comparisons with boundaries: see WORK_CURVE."""
+
+MOST_WORK_IN_SPACE: Final = 4_000_000
+"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: 10 to 25 ms.
+
+Reaching it is a status (UNDECIDED), never an answer. Larger: a choice among hundreds of obstacles may take longer.
+Smaller: more choices end undecided.
+"""
 
 
 SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4

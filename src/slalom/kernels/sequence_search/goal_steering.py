@@ -1,19 +1,13 @@
 """Test of a motion against the space-time index, and sequences of two accelerations that end at the goal."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import (
-    ADMISSIBLE,
-    BRAKE_STEPS,
-    COAST_ATTEMPTS,
-    COAST_STEP,
-    EARLIER_ARRIVAL,
-    WHOLE_COUNT,
-    WORK_CHOICE,
-    WORK_ROW,
-    WORK_STRETCH,
-)
+from slalom.base.tolerances import ADMISSIBLE, WHOLE_COUNT
 from slalom.kernels.arrays import Array, PositionMap
+from slalom.kernels.decision.policy import WORK_ROW
+from slalom.kernels.decision.response_motion import WORK_CHOICE
 from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.exchange import deepest_violation
@@ -27,6 +21,33 @@ from slalom.kernels.sequence_search.tables import (
     SpacetimeIndex,
 )
 from slalom.kernels.sequence_search.tree import add_node, advance, relative_rows, rows_near, time_to_goal
+
+WORK_STRETCH: Final = 3.0
+"""[us] Counted for each stretch of a motion that is tested: see WORK_NODE."""
+
+COAST_ATTEMPTS: Final = 100
+"""[1] Arrival times that are tried for passing the goal after one acceleration and coasting.
+
+More: slower where the goal is beside the course of a fast robot. Fewer: arrivals that need a later time are missed.
+"""
+
+COAST_STEP: Final = 0.25
+"""[1] Share of a period between these arrival times.
+
+Larger: later arrivals. Smaller: COAST_ATTEMPTS cover less time.
+"""
+
+BRAKE_STEPS: Final = 2.0
+"""[1] Steps that accelerating, and then braking to a stop at the goal, may each take at most.
+
+Larger: stops at distant goals are found at once, in more tests. Smaller: only from nodes near the goal.
+"""
+
+EARLIER_ARRIVAL: Final = 0.5
+"""[1] Share of a period by which a new arrival must precede the best one.
+
+Arrivals are whole periods apart, but for rounding. Larger than 1: arrivals one period earlier are missed.
+"""
 
 
 @kernel

@@ -7,20 +7,14 @@ in the same way on all machines.
 """
 
 import heapq
+from typing import Final
 
 import numpy as np
 
-from slalom.base.tolerances import (
-    DIVISOR_FLOOR,
-    FEW_CANDIDATES,
-    FEW_ELEMENTS,
-    SPARE_NODES,
-    WORK_CANDIDATE,
-    WORK_CHOICE,
-    WORK_NODE,
-    WORK_ROW,
-)
+from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments
+from slalom.kernels.decision.policy import WORK_ROW
+from slalom.kernels.decision.response_motion import WORK_CHOICE
 from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.relative_motion.window import allowed_speed
@@ -49,6 +43,29 @@ from slalom.kernels.sequence_search.tree import (
     rows_near,
     time_to_goal,
 )
+
+FEW_ELEMENTS: Final = 64
+"""[1] Most elements in the working set of a choice in a search over sequences; harder candidates are dropped."""
+
+FEW_CANDIDATES: Final = 5_000
+"""[1] Most candidate controls in such a choice. Larger: a search finds more free controls and takes longer."""
+
+WORK_NODE: Final = 8.0
+"""[us] Counted for the expansion of a node of a search over sequences, without its bodies and candidates.
+
+The counts stand for times on a usual machine (benchmarks/crossings.py compares them). Larger than the true time:
+searches end earlier than their budget. Smaller: they take longer than it.
+"""
+
+WORK_CANDIDATE: Final = 0.6
+"""[us] Counted for the test of one candidate acceleration: see WORK_NODE."""
+
+SPARE_NODES: Final = 8
+"""[1] Nodes that are kept free, besides one for each direction, when a search is cut because its tree is full.
+
+One expansion adds three more nodes than there are directions, and steering to the goal two. Fewer than that: the tree
+overflows. More: it is cut earlier.
+"""
 
 
 @kernel

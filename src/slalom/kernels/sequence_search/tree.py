@@ -1,13 +1,33 @@
 """The tree of a search over sequences: states under constant accelerations, times to go, new nodes."""
 
+from typing import Final
+
 import numpy as np
 
-from slalom.base.tolerances import BRAKING_SHARE, CELLS_PER_MAX_SPEED, CELLS_PER_STEP, TIME_CELLS_PER_STEP
+from slalom.base.tolerances import BRAKING_SHARE
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, Pieces, PositionMap, Segments
 from slalom.kernels.decision.targets import earliest_arrival, time_to_rest
 from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.segments import hulls_at, relative_segments
 from slalom.kernels.sequence_search.tables import NODES, SearchProblem, SearchTree, SpacetimeIndex
+
+TIME_CELLS_PER_STEP: Final = 2.0
+"""[1] Cells of time per step of a search over sequences; the tree keeps one node for each cell.
+
+Larger: more nodes that are nearly the same. Smaller: nodes at different times exclude each other.
+"""
+
+CELLS_PER_STEP: Final = 4.0
+"""[1] Cells of position per distance at maximum speed during one step; the tree keeps one node for each cell.
+
+Larger: more nodes that are nearly the same. Smaller: sequences through narrow gaps are missed.
+"""
+
+CELLS_PER_MAX_SPEED: Final = 5.0
+"""[1] Cells of velocity per maximum speed; the tree keeps one node for each cell.
+
+Larger: more nodes that are nearly the same. Smaller: nodes with different velocities exclude each other.
+"""
 
 
 @kernel

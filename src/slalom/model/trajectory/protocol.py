@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import AT_REST, STANDING
+from slalom.base.tolerances import REST
 from slalom.model.path import Path
 
 FOREVER: Final = (-np.inf, np.inf)
@@ -71,6 +71,13 @@ class Endless:
 # They give the heading of bodies that turn with their motion.
 
 
+STANDING: Final = 1e-3
+"""[s] Turns of the heading within less time than this are not resolved: the body turns about on the spot.
+
+For that long it counts as the disc about its position that holds it. Smaller: more pieces where speed vanishes.
+"""
+
+
 @runtime_checkable
 class Directed(Protocol):
     """Trajectory with its own, more accurate direction of motion than its cubic pieces give."""
@@ -112,7 +119,7 @@ def direction_path(
 
 def moving_direction(trajectory: Trajectory, start: float, end: float, tolerance: float) -> Path:
     """As `direction_path`, but zero vectors with an error of 0 where the trajectory is at rest."""
-    if trajectory.speed_bound(start, end) <= AT_REST:
+    if trajectory.speed_bound(start, end) <= REST:
         return Path(np.array([start, end]), np.zeros((1, 4, 2)), np.zeros(1))
     if isinstance(trajectory, Directed):
         return trajectory.direction(start, end, tolerance)
@@ -136,7 +143,7 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
 
     A piece that is slower than AT_REST throughout is the zero vector with an error of 0.
     """
-    moving = np.any(np.linalg.norm(velocities, axis=2) > AT_REST, axis=1)
+    moving = np.any(np.linalg.norm(velocities, axis=2) > REST, axis=1)
     if not np.any(moving):
         return Path(times, np.zeros((len(moving), 4, 2)), np.zeros(len(moving)))
     a, b, v = times[:-1][moving], times[1:][moving], _without_rest_at_ends(velocities[moving])

@@ -5,13 +5,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, Field, FiniteFloat, ValidationError
 
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
-from slalom.base.tolerances import JSON_LINES
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
 from slalom.decision.decision import Approach
 from slalom.decision.document import FORECAST_KINDS, FORMAT, RESPONSE_KINDS, result
@@ -191,6 +190,13 @@ class DecisionSpec(Model):
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Reader of files of decisions, and their repetition.
+
+
+JSON_LINES: Final = 200_000
+"""[B] Size of the file of a decision up to which a reader of YAML finds the lines of mistakes.
+
+Larger: it takes seconds to refuse a large file. Smaller: messages of more files name line 1.
+"""
 
 
 class DecisionFile(NamedTuple):

@@ -22,7 +22,6 @@ from pydantic_core import core_schema
 
 from slalom.base.checks import did_you_mean, shown, vectors
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import YAML_VALUES
 from slalom.decision.methods import HOLDS, method
 from slalom.io.formats import FORMATS
 from slalom.model.goal import Goal
@@ -49,7 +48,7 @@ from slalom.sim.files.parts import (
     Vector,
 )
 from slalom.sim.files.patterns import GOALS, LAYOUTS, generator
-from slalom.sim.files.yaml_errors import Mistakes
+from slalom.sim.files.yaml_errors import YAML_VALUES, Mistakes
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Model of the recording in a scenario file, the agents of which are obstacles.

@@ -14,10 +14,23 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from slalom.base.checks import did_you_mean, shown
 from slalom.base.errors import InvalidFile, SlalomError
-from slalom.base.tolerances import YAML_DEPTH, YAML_VALUES
 from slalom.io.recorded import first_of
 from slalom.io.table import text_of
 from slalom.sim.files.parts import Model, Place, keys_at, keys_of_value
+
+YAML_DEPTH: Final = 100
+"""[1] Lists and mappings within each other in a YAML file.
+
+Larger: the parser, whose time grows with the square of the depth, takes seconds until it refuses a file. Smaller:
+files with unions of unions of shapes are refused.
+"""
+
+YAML_VALUES: Final = 1_000_000
+"""[1] Values of a YAML file, those behind aliases counted wherever they stand.
+
+Larger: a file of a few lines can take minutes and gigabytes. Smaller: large scenarios are refused.
+"""
+
 
 T = TypeVar("T")
 

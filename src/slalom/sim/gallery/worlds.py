@@ -9,7 +9,6 @@ import numpy as np
 
 from slalom.base.checks import Array, flag, not_negative, positive, whole
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import MAX_TRIES
 from slalom.io.table import read_tracks, sample_data
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -17,7 +16,7 @@ from slalom.model.shape import Ball, Disc, Polygon, Polyline, Union
 from slalom.model.state import State
 from slalom.model.trajectory import Circular, Composite, ConstantVelocity, PiecewisePolynomial, Sampled, Stationary
 from slalom.obstacle import Obstacle
-from slalom.sim.placement import random_angles
+from slalom.sim.placement import MAX_TRIES, random_angles
 from slalom.sim.scenario import Robot, Scenario
 
 

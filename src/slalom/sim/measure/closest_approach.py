@@ -8,12 +8,11 @@ DEPTH_RESOLUTION seconds.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import BLOCK_STEPS, DEPTH_RESOLUTION, METRIC
 from slalom.kernels.arrays import Flags, Indices
 from slalom.model.trajectory import PiecewisePolynomial
 from slalom.obstacle import Obstacle
@@ -21,6 +20,21 @@ from slalom.obstacle.periodic import between, displaced, neighbours, to_nearest
 from slalom.obstacle.pieces import outline_parts
 from slalom.sim.measure.recording import Recording, Which
 from slalom.sim.shape_distance import Pair, differences, lowest, pairs, segment_distance, signed
+
+METRIC: Final = 1e-4
+"""[m] Accuracy of recorded least clearances. Smaller: slower metrics; must stay below COLLISION."""
+
+DEPTH_RESOLUTION: Final = 1e-3
+"""[s] Shortest interval in the search for the recorded penetration depth of overlapping bodies.
+
+Larger: less depth is found. Smaller: slower metrics of runs with collisions.
+"""
+
+BLOCK_STEPS: Final = 16
+"""[1] Steps of a recording that one bounding ball covers in the broad phase of the clearance between robots.
+
+Larger: larger balls, so more steps are examined. Smaller: more balls. The clearance is the same.
+"""
 
 
 class ClosestApproach(NamedTuple):

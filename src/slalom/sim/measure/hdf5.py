@@ -20,15 +20,6 @@ import numpy.typing as npt
 
 from slalom.base.checks import array, array_of, number, positive, shown
 from slalom.base.errors import InvalidFile, InvalidInput, reason
-from slalom.base.tolerances import (
-    HDF5_CONTENT,
-    HDF5_DEPTH,
-    HDF5_MEMORY,
-    HDF5_RATE,
-    HDF5_SECONDS,
-    HDF5_WAIT,
-    SHORTEST_PIECE,
-)
 from slalom.io.table import file_size
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
@@ -42,6 +33,40 @@ from slalom.obstacle import Headings, Obstacle
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Content of HDF5 files, read in another process, which a malformed file can neither hang nor crash for the caller.
+
+
+HDF5_CONTENT: Final = 50_000_000
+"""[B] Content of an HDF5 file that is larger than the file: one that is compressed or has empty parts.
+
+Larger: a file of a few kilobytes takes gigabytes. Smaller: files that other programs compressed are refused.
+"""
+
+HDF5_MEMORY: Final = 400_000_000
+"""[B] Memory of the process that reads an HDF5 file, in addition to four times the size of the file.
+
+Larger: malformed files take more memory until they are refused. Smaller: valid files are refused.
+"""
+
+HDF5_SECONDS: Final = 0.6
+"""[s] Processor time to read an HDF5 file, in addition to that of HDF5_RATE.
+
+Larger: a malformed file on which reading does not end is refused later. Smaller: slow computers refuse valid files.
+"""
+
+HDF5_RATE: Final = 1e6
+"""[B/s] Least speed of reading HDF5, in processor time; many small groups are read at five times as much.
+
+Larger: slow computers refuse valid files. Smaller: large malformed files are refused later.
+"""
+
+HDF5_WAIT: Final = 20.0
+"""[1] Longest time to read an HDF5 file, as a multiple of the allowed processor time.
+
+Larger: a file on a drive that does not answer is refused later. Smaller: a busy computer refuses valid files.
+"""
+
+HDF5_DEPTH: Final = 32
+"""[1] Groups within groups of an HDF5 file. Larger: recursion may end in an error. Smaller: unions are refused."""
 
 
 CHILD: Final = Path(__file__).with_name("hdf5_child.py")
@@ -191,6 +216,13 @@ def _group(tree: dict[str, Any], arrays: list[npt.NDArray[Any]]) -> Group:
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Trajectories, shapes, bounds and limits as groups of an HDF5 file, and back.
+
+
+SHORTEST_PIECE: Final = 1e-9
+"""[s] Shortest cubic piece that stands in a file for a trajectory of a kind that files do not have.
+
+Larger: a trajectory that ends at once lasts longer. Smaller: rounding of large times leaves no duration.
+"""
 
 
 FORMER_NAMES: Final = {

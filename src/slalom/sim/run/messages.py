@@ -1,15 +1,22 @@
 """Messages between robots that share their manoeuvres, where they arrive late or are lost."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import FRESH, WHOLE_PERIODS
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import Method
 from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle.periodic import to_nearest
 from slalom.sim.scenario import Scenario
+
+FRESH: Final = 3.0
+"""[1] A robot never waits for a message newer than one that is no older than this many times the largest delay.
+
+Larger: pairs count as far only at larger distances, so more pairs need their right. Smaller: a robot waits more often
+after lost messages. It has no part in safety.
+"""
 
 
 class Message(NamedTuple):
@@ -120,7 +127,7 @@ class Messages:
         self.hand_over()
         n = len(self.handovers)
         chance, late = self.random.random((2, n, n))
-        steps = np.maximum(np.ceil(self.delay * late / self.period - WHOLE_PERIODS).astype(int), 1)
+        steps = np.maximum(np.ceil(self.delay * late / self.period - WHOLE_COUNT).astype(int), 1)
         sender, receiver = np.nonzero(~np.eye(n, dtype=bool) & (chance >= self.loss))
         self.sent += n * (n - 1)
         for wait in np.unique(steps[sender, receiver]):

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import ARRIVAL_FILTER, ARRIVAL_LOST
+from slalom.base.tolerances import ARRIVAL_FILTER
 from slalom.decision.methods import Method
+from slalom.fleet.guidance import ARRIVAL_LOST
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.sim.scenario import Scenario
