@@ -9,9 +9,10 @@ a run. The time is that of the last arrival, or the duration if a robot did not 
 taken; the present settings come first. A try that cannot run in a scenario is refused, and has no result.
 
 With --all every combination of the grid is tried, 27 for a method of slalom, then further values of each setting at
-the best of them: vo and nlvo in README are found so. A grid of a peer has up to 48 combinations, which would take a day in
-all scenarios. Without --all the settings are therefore searched one after another, in the order of the grid: each takes
-the best of its values and of the further ones, while all others stay. With --resume no try of the file is made again.
+the best of them: vo and nlvo in README are found so. A grid of a peer has up to 48 combinations, which would take a day
+in all scenarios. Without --all the settings are therefore searched one after another, in the order of the grid: each
+takes the best of its values and of the further ones, while all others stay. With --resume no try of the file is made
+again.
 
 Without a scenario the scenarios of benchmarks/planners.yaml are taken, with its baselines; those whose robots are
 guided also without guidance. The file has every try, one a line. Lines of other scenarios and methods stay. The program
@@ -83,8 +84,9 @@ SCENARIOS: Sequence[tuple[str, Mapping[str, float], Sequence[str]]] = (
 )
 """Scenarios, settings and baselines of benchmarks/planners.yaml. Peers are never guided.
 
-The settings of vo in roundabout_crossing are those of README, see --all. Among eight or more robots a run of a SLOW peer
-takes up to 13 s, and a search 20 minutes; they have the settings that were found for two robots on a circle.
+The settings of vo in roundabout_crossing are those of README, see --all. Among eight or more robots a run of a SLOW
+peer takes up to 13 s, and a search 20 minutes. Rows there have the present settings, and those found for two robots on
+a circle.
 """
 
 
