@@ -92,17 +92,14 @@ class FleetDecider:
             names=[robot.name for robot in robots],
             obstacles=scenario.obstacles,
             period=self.period,
-            horizon=scenario.horizon,
-            margin=[scenario.margin if robot.margin is None else robot.margin for robot in robots],
             priority=[robot.priority for robot in robots],
             world_period=scenario.period,
-            holds=scenario.holds,
-            patience=scenario.patience,
             observation_delay=scenario.sight_delay,
             observation_noise=scenario.sight_noise,
             sight=scenario.sight,
             threads=threads,
             guided=False,  # `guidance` has the targets
+            **scenario.shared | {"margin": [scenario.margin_of(k) for k in range(len(robots))]},
         )
         methods = [policy.method for policy in fleet.policies]
         self.messages = next(filter(None, (messages_of(scenario, each, seed) for each in methods)), None)
