@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
 from functools import partial
@@ -50,7 +50,7 @@ from slalom.decision.tables import (
 )
 from slalom.fleet.guidance import Guidance, guidance_of
 from slalom.fleet.images import Images
-from slalom.fleet.observation import decide_by_sight, observers_of
+from slalom.fleet.observation import observers_of
 from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
 from slalom.fleet.settings import Policy, members_of
 from slalom.forecast.linear import piecewise_polynomial
@@ -71,11 +71,11 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenBrake, Response
 from slalom.model.shape import Shape
 from slalom.model.state import State
-from slalom.model.trajectory import Stationary
+from slalom.model.trajectory import ConstantVelocity, Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.window import Obstacles, ObstacleWindow, fitting, in_world
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, fitting, in_world
 from slalom.perception.sight import Sight
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -147,9 +147,12 @@ class CommittedFleet:
         self.headings: Array | None = None
         self.progress: list[float | None] = [None] * n
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
-        self.images = None if world_period is None else Images(self, world_period)
-        self.observers = [] if sight is None else observers_of(self, sight)
-        self.guidance, self._targets_only = guidance_of(self, guided), bool(guided)
+        given = self.obstacles.given
+        self.images = None if world_period is None else Images(self.members, self.horizon, world_period)
+        self.observers = [] if sight is None else observers_of(sight, self.members, given, world_period)
+        world_period = None if self.images is None else self.images.period
+        self.guidance = guidance_of(guided, self.members, given, world_period, self.threads)
+        self._targets_only = bool(guided)
 
     def __repr__(self) -> str:
         methods = ", ".join(policy.method.name for policy in self.policies)
@@ -283,10 +286,54 @@ class CommittedFleet:
         if self._turning:
             states = [self._state(k) for k in range(len(self.members.limits))]
             self._bounds = bounds_of(self.members.limits, states)
-        with nullcontext() if self.images is None else self.images.around(self, order):
+        with self._among_images(order):
             fallen = self._decide_together(order, settings, bodies, obstacles)
         found = self.table.each["outcome"].tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
+
+    def decide_by_sight(
+        self, policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles
+    ) -> dict[int, Outcome]:
+        """The outcomes of robots (rows), each of which decides among the obstacles and the robots that it sees.
+
+        Robots that share their manoeuvres know them of all robots.
+        """
+        each, observed, d = self.table.each, self.table.observed, self.dimension
+        now, outcomes = settings.now, dict[int, Outcome]()
+        times, points = observed.times.copy(), observed.points.copy()
+        # There is one world, number 0.
+        obstacles, present = each_of(in_world(around, 0)), each["present"].copy()
+        robots = [
+            Obstacle(shape, ConstantVelocity(position, velocity, now))
+            for shape, position, velocity in zip(self.members.shapes, each["position"][:, :d], each["velocity"][:, :d])
+        ]
+        for k in some.tolist():
+            others = [j for j in range(len(robots)) if j != k and each["present"][j]]
+            observer, ahead = self.observers[k], each["target"][k, :d]
+            seen = observer.look(self._state(k), obstacles, now, ahead, [robots[j] for j in others])
+            if not policy.method.shared:
+                each["present"] = False
+                each["present"][others], each["present"][k] = observer.robots_seen, True
+            bodies = self.grown_bodies(self.window(policy, seen, now))
+            outcomes |= self.decide(some[some == k], settings, bodies, seen)
+            each["present"] = present
+            if not settings.shared:
+                # The next robot may not see the obstacles at which the others were predicted to stop.
+                observed.times[:], observed.points[:] = times, points
+        return outcomes
+
+    @contextmanager
+    def _among_images(self, some: Indices) -> Iterator[None]:
+        """Let the table hold the images that `some` robots can meet, in a periodic world, see `Images.around`."""
+        if self.images is None:
+            yield
+            return
+        whole = self.table, self.targets
+        with self.images.around(*whole, some) as (self.table, self.targets):
+            try:
+                yield
+            finally:
+                self.table, self.targets = whole
 
     def _state(self, k: int) -> State:
         """The state of the robot in row k."""
@@ -509,7 +556,7 @@ class Fleet(CommittedFleet):
         for policy, some in self.by_policy(order[there[order]]):
             self.observe(policy, now)
             if self.observers:
-                outcomes |= decide_by_sight(self, policy, some, self.settings(policy, now), around)
+                outcomes |= self.decide_by_sight(policy, some, self.settings(policy, now), around)
                 continue
             bodies = self.grown_bodies(self.window(policy, around, now))
             outcomes |= self.decide(some, self.settings(policy, now), bodies, around)

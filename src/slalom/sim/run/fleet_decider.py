@@ -12,7 +12,6 @@ from slalom.decision.methods import Method
 from slalom.decision.tables import target_paths
 from slalom.fleet.fleet import CommittedFleet
 from slalom.fleet.guidance import Guidance
-from slalom.fleet.observation import decide_by_sight
 from slalom.fleet.settings import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
@@ -148,7 +147,7 @@ class FleetDecider:
                 bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, now))
             for some, settings in self._turns(policy, due, now):
                 if fleet.observers:
-                    outcomes |= decide_by_sight(fleet, policy, some, settings, fleet.obstacles)
+                    outcomes |= fleet.decide_by_sight(policy, some, settings, fleet.obstacles)
                 else:
                     outcomes |= fleet.decide(some, settings, bodies, fleet.obstacles)
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
