@@ -1,4 +1,8 @@
-"""Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape."""
+"""Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape.
+
+The path of `Navigator.decide`: a `Request`, the window of predicted obstacles, the tables of `PolicyTables.decision`,
+`kernels.decide_all`, and a `Decision`. Where it has none: `Navigator.fall_back`.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
