@@ -1,12 +1,15 @@
 """`Fleet`: settings of single robots, worlds, periodic worlds, and fleets in several processes."""
 
 import pickle
+from dataclasses import fields
 
 import numpy as np
 import pytest
 from fleets import fleet_of, swap
 
-from slalom import METHODS, Disc, Fleet, Limits, Obstacle, Rectangle, Stationary, Tracks
+from slalom import METHODS, Arrive, Disc, Fleet, Limits, Obstacle, Rectangle, Settings, Stationary, Tracks
+from slalom.base.errors import InvalidInput
+from slalom.decision.settings import FleetSettings, SharedSettings
 from slalom.fleet.settings import PRIORITY_RATIO
 from slalom.sim import gallery, simulate
 from slalom.sim.measure.closest_approach import METRIC
@@ -216,3 +219,18 @@ def test_fleets_of_two_processes_avoid_what_they_publish() -> None:
         path.append(positions)
     assert closest(np.array(path)).min() >= 0.8 - METRIC
     assert np.linalg.norm(positions - targets, axis=1).max() < 0.3
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Settings that fleets, scenarios and vehicles share with a navigator.
+
+
+def test_shared_settings_are_those_of_a_navigator() -> None:
+    """With their types and defaults; a fleet refuses those that it does not have."""
+    known = {each.name: each for each in fields(Settings)}
+    for each in fields(SharedSettings):
+        assert (each.type, each.default) == (known[each.name].type, known[each.name].default)
+    assert FleetSettings.__annotations__.keys() <= known.keys()
+    assert {each.name for each in fields(SharedSettings)} - {"margin"} <= FleetSettings.__annotations__.keys()
+    with pytest.raises(InvalidInput, match=r"setting: expected one of period, .*; found 'objective'"):
+        Fleet(METHODS["nao"], Disc(0.3), LIMITS, robots=2, objective=Arrive())  # type: ignore[call-arg]

@@ -125,7 +125,7 @@ from slalom.sim import (
 from slalom.sim.files.decision_file import _decision, read_decision
 from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.scenario_writer import scenario_text
-from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, ScenarioSpec, Shaped, known_method
+from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
 from slalom.sim.gallery import build
 from slalom.sim.measure.hdf5_child import Refused
 from slalom.sim.measure.metrics import path_length
@@ -895,10 +895,10 @@ CASES = [
     ),
     Case("known_method", InvalidInput, r"expected one of vo, .*; found 'novo'", lambda _: known_method("novo")),
     Case(
-        "ScenarioSpec._one_of_both",
+        "WorldSpec._one_of_both",
         InvalidInput,
         r"expected either this key or robot, found neither",
-        lambda _: ScenarioSpec._one_of_both(None, SimpleNamespace(data={"robot": None})),
+        lambda _: WorldSpec._one_of_both(None, SimpleNamespace(data={"robot": None})),
     ),
     Case(
         "Shaped.whole_shape",
@@ -1681,7 +1681,7 @@ CASES = [
         lambda _: Scenario("fine", (HERE,), dt=1e-9),
     ),
     Case(
-        "Scenario.__post_init__",
+        "duration",
         InvalidInput,
         r"horizon: expected at most 5000 s, found 1e\+90 s",
         lambda _: Scenario("far", (HERE,), horizon=1e90),

@@ -1194,7 +1194,7 @@ def test_every_response_of_a_method_has_an_admissible_control(name: str, limits,
     d = data.draw(dimensions)
     limits = replace(limits(d), acceleration_bounds=())
     state = within(data.draw(states(d)), limits)
-    for response in ENROLLED_METHODS[name].responses(limits, PERIOD, slalom.decision.navigator.HOLDS):
+    for response in ENROLLED_METHODS[name].responses(limits, PERIOD, slalom.decision.methods.HOLDS):
         admissible = box(response, state, limits, 6.0)
         status = select(np.zeros(d), admissible, nothing_around(response, state, 6.0)).status
         assert status is not Status.INADMISSIBLE, response
@@ -1209,7 +1209,7 @@ def test_too_fast_robot_sheds_at_least_half_of_what_braking_would(name: str, d: 
     speed = limits.max_speed + excess
     state = State(np.zeros(d), speed * np.eye(d)[0])
     obeyed = []
-    for response in ENROLLED_METHODS[name].responses(limits, PERIOD, slalom.decision.navigator.HOLDS):
+    for response in ENROLLED_METHODS[name].responses(limits, PERIOD, slalom.decision.methods.HOLDS):
         admissible = box(response, state, limits, 6.0)
         drawn = np.concatenate([np.eye(d), -np.eye(d)]) * 3.0
         found = extreme_controls(response, state, admissible, 6.0, drawn)

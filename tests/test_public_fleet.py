@@ -32,6 +32,7 @@ from slalom import (
 )
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ADMISSIBLE
+from slalom.decision.settings import FleetSettings
 from slalom.sim import Scenario, gallery, simulate
 from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.run.states import integrate
@@ -306,6 +307,8 @@ def test_walls_one_by_one_and_together_lead_to_the_same_motion() -> None:
 def test_a_fleet_has_the_defaults_of_a_scenario() -> None:
     """Every setting that both have; the period of decisions is dt, and None is the guidance of the simulator."""
     given = {name: one.default for name, one in inspect.signature(Fleet).parameters.items()}
+    navigator = Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 1.0), robots=2).navigator
+    given |= {name: getattr(navigator, name) for name in FleetSettings.__annotations__}
     names = {"period": "dt", "world_period": "period", "observation_delay": "sight_delay"}
     names |= {"observation_noise": "sight_noise"}
     fields = Scenario.__dataclass_fields__

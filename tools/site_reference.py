@@ -26,7 +26,17 @@ from site_units import meaning_of
 
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "One decision": (
-        *("Navigator", "Decision", "Outcome", "Risk", "LookAhead", "SequenceDecision", "ExpectedLoss", "Manoeuvre"),
+        *(
+            "Navigator",
+            "Settings",
+            "Decision",
+            "Outcome",
+            "Risk",
+            "LookAhead",
+            "SequenceDecision",
+            "ExpectedLoss",
+            "Manoeuvre",
+        ),
         *("State", "Limits"),
         *("Goal", "PathGoal", "METHODS", "Method", "method", "compile", "work_per_second"),
     ),

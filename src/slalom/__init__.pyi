@@ -23,7 +23,6 @@ from .choice.selection import (
     select_many as select_many,
 )
 from .decision import Decision as Decision, Outcome as Outcome
-from .decision.futures import Risk as Risk
 from .decision.methods import METHODS as METHODS, Method as Method
 from .decision.navigator import Navigator as Navigator
 from .decision.objective import (
@@ -37,6 +36,7 @@ from .decision.objective import (
     Objective as Objective,
     preferred_control as preferred_control,
 )
+from .decision.settings import Risk as Risk, Settings as Settings
 from .fleet.fleet import Fleet as Fleet, FleetDecision as FleetDecision
 from .forecast.forecast import (
     FORESIGHTS as FORESIGHTS,

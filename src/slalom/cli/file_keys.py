@@ -1,6 +1,7 @@
 """Keys of scenario and study files, from the models that read them: for `slalom list keys`, and for the reference."""
 
 import inspect
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from types import NoneType
@@ -11,6 +12,7 @@ from pydantic.fields import FieldInfo
 
 from slalom.base.checks import known
 from slalom.decision.objective import OBJECTIVES
+from slalom.decision.settings import SharedSettings
 from slalom.model.bounds import BOUNDS
 from slalom.model.shape import SHAPES
 from slalom.model.trajectory import TRAJECTORIES
@@ -35,6 +37,11 @@ from slalom.sim.sweep.study import ScenarioRowSpec, StudySpec
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Meanings and units of the keys of scenario and study files: for `slalom list keys`, and for the reference.
+
+
+def meanings_of(part: type) -> dict[str, str]:
+    """Return the meanings of the attributes of a class, of a line each, from its docstring."""
+    return dict(re.findall(r"^    (\w+): (.+)\.$", inspect.getdoc(part) or "", re.MULTILINE))
 
 
 ROBOT_KEYS: Final[Mapping[str, str]] = {
@@ -65,11 +72,8 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "duration": "[s] after which a robot that has not arrived has failed",
         "dt": "[s] between steps",
         "replan": "[s] between decisions, a multiple of dt; 0: dt",
-        "horizon": "[s] within which collisions count",
-        "margin": "[m] required clearance",
-        "patience": "[1] share of the time that keeping a safe manoeuvre may cost",
+        **meanings_of(SharedSettings),
         "guided": "whether several robots in the plane go around obstacles at rest and past each other; see `Fleet`",
-        "holds": "[s] durations for which an acceleration may be held",
         "sight_range": "[m] range of the sensors; 0: not limited",
         "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",
         "sight_near": "[m] radius that is sensed in all directions",

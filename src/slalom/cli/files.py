@@ -226,7 +226,7 @@ def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
     drawable(drawn.file)
     read = read_decision(file)
     decision, same = read.repeat()
-    navigator, goal = read.inputs.navigator, read.inputs.goal
+    navigator, goal = read.navigator, read.inputs.goal
     if drawn.file is not None and goal is None:
         raise InvalidInput("--figure: expected a decision with a goal to draw, found one without")
     result = {

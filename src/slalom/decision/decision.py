@@ -7,13 +7,14 @@ from functools import cached_property, partial
 from logging import DEBUG, getLogger
 from math import dist
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from slalom.base.checks import STATE, Array, has, not_before, not_negative, number
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
+from slalom.decision.settings import Settings
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre, state_after
 from slalom.model.path import Path
@@ -24,10 +25,6 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
-
-if TYPE_CHECKING:
-    from slalom.decision.navigator import Navigator
-
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Reports of a decision: the expected collision, the obstacles in the way, a line for a log, a dictionary.
@@ -268,7 +265,7 @@ class Commitment(NamedTuple):
 class DecisionInputs(NamedTuple):
     """All inputs of a decision, see `Navigator.decide`."""
 
-    navigator: "Navigator"
+    navigator: Settings
     state: State
     obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
     goal: Goal | None

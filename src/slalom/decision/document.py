@@ -6,14 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from importlib.metadata import version
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from slalom.base.errors import InvalidFile, InvalidInput, reason
 from slalom.base.registry import file_keys, kind_of
+from slalom.decision.decision import Commitment, Decision
 from slalom.decision.methods import method
 from slalom.decision.objective import OBJECTIVES
+from slalom.decision.settings import Settings, names_of
 from slalom.forecast.forecast import FORECASTS
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
@@ -29,10 +31,6 @@ from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.horizon import HORIZONS
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
-
-if TYPE_CHECKING:
-    from slalom.decision.decision import Commitment, Decision
-    from slalom.decision.navigator import Navigator
 
 FORMAT: Final = "slalom decision 1"
 FORECAST_KINDS: Final = {name: type(forecast) for name, forecast in FORECASTS.items()}
@@ -52,7 +50,7 @@ TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds
 """Attributes of `Tracks` in files, besides the states."""
 
 
-def dump(decision: "Decision", file: FilePath) -> None:
+def dump(decision: Decision, file: FilePath) -> None:
     """Write the inputs and the result of a decision as JSON, see `Decision.dump`."""
     text = json.dumps(document(decision), indent=1, allow_nan=False)
     try:
@@ -61,7 +59,7 @@ def dump(decision: "Decision", file: FilePath) -> None:
         raise InvalidFile([f"{file}: expected a file that can be written, found {reason(error)}"]) from None
 
 
-def document(decision: "Decision") -> dict[str, Any]:
+def document(decision: Decision) -> dict[str, Any]:
     """The inputs and the result of a decision as texts, finite numbers and lists: floats are exact."""
     made = decision.inputs
     if made is None or made.searched or made.navigator.method.looks_ahead:
@@ -90,7 +88,7 @@ def document(decision: "Decision") -> dict[str, Any]:
     }
 
 
-def result(decision: "Decision") -> dict[str, Any]:
+def result(decision: Decision) -> dict[str, Any]:
     """The manoeuvre and the outcome of a decision, to the bit."""
     return {
         "outcome": decision.outcome.name,
@@ -120,7 +118,7 @@ def _plain(value: Any, what: str, where: str) -> Any:
     return part(value, what, where) if is_dataclass(value) else value
 
 
-def _navigator(navigator: "Navigator") -> dict[str, Any]:
+def _navigator(navigator: Settings) -> dict[str, Any]:
     name = navigator.method.name
     if replace(method(name), shared=False, looks_ahead=False) != navigator.method:
         raise InvalidInput(f"method: expected one of the table of methods, found another one with the name {name!r}")
@@ -129,9 +127,8 @@ def _navigator(navigator: "Navigator") -> dict[str, Any]:
         "method": name,
         "shape": part(navigator.robot, "shape", "robot"),
         "limits": _limits(navigator.limits),
-        **{key: getattr(navigator, key) for key in ("period", "horizon", "margin", "patience", "stuck_after")},
-        "holds": list(navigator.holds),
-        "detours": list(navigator.detours),
+        **{key: getattr(navigator, key) for key in names_of(Settings, float)},
+        **{key: list(getattr(navigator, key)) for key in names_of(Settings, tuple)},
         "objective": part(navigator.objective, "objective", "objective"),
         "horizons": None if horizons is None else part(horizons, "horizons", "horizons"),
         "risk": {
@@ -204,7 +201,7 @@ def _goal(goal: Goal) -> dict[str, Any]:
     return {"path": {"points": goal.points.tolist(), "speeds": speeds, "lookahead": goal.lookahead}, **ends}
 
 
-def _commitment(before: "Commitment") -> dict[str, Any]:
+def _commitment(before: Commitment) -> dict[str, Any]:
     manoeuvre, path, approach = before.manoeuvre, before.path, before.approach
     return {
         "response": part(manoeuvre.response, "response", "previous"),

@@ -1,22 +1,19 @@
 """Obstacles with several futures: which of them a decision avoids, and which it gives up."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
+from dataclasses import replace
+from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from slalom.base.checks import Array, NotNegative, check_fields, not_negative, or_infinite
+from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.decision.decision import Decision, Outcome
+from slalom.decision.settings import Risk, Settings
 from slalom.kernels.arrays import Flags
 from slalom.model.goal import Goal
 from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
-
-if TYPE_CHECKING:
-    from slalom.decision.navigator import Navigator
-
 
 PROBABILITY_SLACK: Final = 1e-9
 """[1] By how much the probabilities of the futures of one obstacle may exceed 1 together.
@@ -26,24 +23,6 @@ Larger: wrong weights pass. Smaller: rounding of right ones is refused.
 
 
 D = TypeVar("D", bound=Decision)
-
-
-@dataclass(frozen=True)
-class Risk:
-    """Limits on the cost of avoiding improbable futures of obstacles, see `Obstacle.probability`.
-
-    Attributes:
-        loss: [s] of time that a contact is worth. Futures are given up where that brings the arrival forward by more
-            than `loss` times their probability. inf: they are given up only where nothing avoids all of them.
-        likely: [1] futures of this probability or more are never given up to save time.
-    """
-
-    loss: float = np.inf
-    likely: NotNegative = 0.1
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-        object.__setattr__(self, "loss", or_infinite(self.loss, "loss", not_negative))
 
 
 class Level(NamedTuple):
@@ -128,7 +107,7 @@ def least_given_up(
     return _stated(at(best), given[best])
 
 
-def time_of(decision: Decision, robot: "Navigator", state: State, goal: Goal, now: float) -> float:
+def time_of(decision: Decision, robot: Settings, state: State, goal: Goal, now: float) -> float:
     """[s] to the estimated arrival of a robot in `state`; the cost of another objective."""
     situation = robot.situations(state, goal, now)[0]
     until = max(decision.manoeuvre.settled_time(robot.period, robot.horizon), now + robot.period)

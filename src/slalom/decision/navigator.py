@@ -1,7 +1,10 @@
-"""Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape."""
+"""Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape.
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+The path of `Navigator.decide`: a `Request`, the window of predicted obstacles, the tables of `PolicyTables.decision`,
+`kernels.decide_all`, and a `Decision`. Where it has none: `Navigator.fall_back`.
+"""
+
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Final
 
@@ -10,28 +13,22 @@ import numpy as np
 from slalom import kernels
 from slalom.base.checks import (
     GOAL,
-    LIMITS,
-    METHOD,
     OBJECTIVE,
-    SHAPE,
     Array,
-    duration,
     has,
-    listing,
     not_negative,
-    number,
-    positive,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import ADMISSIBLE, CONTACT_SLACK, PATH_BRAKING, REST
+from slalom.base.tolerances import CONTACT_SLACK, PATH_BRAKING, REST
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
-from slalom.decision.futures import Risk, least_given_up, levels, time_of
-from slalom.decision.methods import HOLDS, Method, refuse_alone
-from slalom.decision.objective import Arrive, FollowVelocity, Objective, Situation, needs_goal
+from slalom.decision.futures import least_given_up, levels, time_of
+from slalom.decision.methods import refuse_alone
+from slalom.decision.objective import FollowVelocity, Objective, Situation, needs_goal
 from slalom.decision.policy_tables import PolicyTables, Request, observed_robots
-from slalom.decision.tables import committed_path, step_of
+from slalom.decision.settings import Settings
+from slalom.decision.tables import committed_path
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import NO_CELLS
 from slalom.model.goal import Goal, refuse_stop
@@ -43,50 +40,12 @@ from slalom.model.response.protocol import rest_time
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
-from slalom.obstacle.horizon import Horizon
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Checks of the settings of a navigator, and of the input of each decision.
-
-
-def check_settings(robot: "Navigator") -> None:
-    """Raise InvalidInput for settings of wrong kinds or out of range."""
-    has(robot.method, *METHOD, "method")
-    has(robot.robot, *SHAPE, "robot")
-    within_horizon(duration(robot.period, "period"), duration(robot.horizon, "horizon"))
-    not_negative(robot.margin, "margin")
-    not_negative(robot.patience, "patience")
-    positive(robot.stuck_after, "stuck_after")
-    has(robot.limits, *LIMITS, "limits")
-    has(robot.objective, *OBJECTIVE, "objective")
-    has(robot.risk, ("loss", "likely"), "a Risk", "risk")
-    if robot.horizons is not None:
-        has(robot.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
-    checked_holds(robot.holds)
-    checked_detours(robot.detours)
-
-
-def within_horizon(period: float, horizon: float) -> None:
-    """Raise InvalidInput for a period [s] of decisions above the horizon [s]: a robot may collide between them."""
-    if period > horizon:
-        raise InvalidInput(f"period: expected at most the horizon, {horizon:g} s, found {period:g} s")
-
-
-def checked_holds(holds: Sequence[float]) -> tuple[float, ...]:
-    """The durations [s] for which accelerations are held. Raises InvalidInput for something else, and for none."""
-    listing(holds, "durations", "holds")
-    if not len(holds):
-        raise InvalidInput("holds: expected at least one, found none")
-    return tuple(duration(hold, f"holds[{k}]") for k, hold in enumerate(holds))
-
-
-def checked_detours(detours: Sequence[float]) -> tuple[float, ...]:
-    """The angles [rad] of detours. Raises InvalidInput for something else."""
-    listing(detours, "angles", "detours")
-    return tuple(number(angle, f"detours[{k}]") for k, angle in enumerate(detours))
+# Checks of the input of each decision.
 
 
 def goal_or_place(goal: Goal | None, state: State, objective: Objective, limits: Limits) -> Goal:
@@ -140,7 +99,7 @@ FALL_BACK = -1
 
 
 @dataclass(frozen=True)
-class Navigator:
+class Navigator(Settings):
     """Robot that decides with `method`.
 
     At each decision, responses propose their exact choices, and the one with the earliest predicted arrival is taken.
@@ -152,46 +111,8 @@ class Navigator:
     docs/design/0005 and 0011.
 
     Attributes:
-        method: a row of the table of methods.
-        robot: its shape.
-        limits: its maximum speed and acceleration, and further bounds.
-        period: [s] between decisions.
-        horizon: [s] up to which collisions count.
-        margin: [m] to keep from every obstacle.
-        holds: [s] durations for which accelerations are held.
-        patience: [1] share of the time that keeping a manoeuvre may cost, see docs/design/0005.
-        objective: the quantity to minimise.
-        horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
-        detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among
-            equal ones the first is taken. Without detours, a robot blocked by a permanent obstacle never arrives.
-        stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
-        risk: what avoiding improbable futures of obstacles may cost, see `Obstacle.probability`.
+        See `Settings`: method, robot, limits, period, horizon and others.
     """
-
-    method: Method
-    robot: Shape
-    limits: Limits
-    period: float = 0.1
-    horizon: float = 6.0
-    margin: float = 0.05
-    holds: tuple[float, ...] = HOLDS
-    patience: float = 0.01
-    objective: Objective = field(default_factory=Arrive)
-    horizons: Horizon | None = None
-    detours: tuple[float, ...] = ()
-    stuck_after: float = 10.0
-    risk: Risk = field(default_factory=Risk)
-
-    def __post_init__(self) -> None:
-        check_settings(self)
-
-    @cached_property
-    def _responses(self) -> tuple[Response, ...]:
-        return self.method.responses(self.limits, self.period, self.holds)
-
-    @cached_property
-    def _shortest(self) -> float:
-        return min(step_of(response, self.horizon, self.period) for response in self._responses)
 
     @cached_property
     def _alone(self) -> PolicyTables:
@@ -383,32 +304,3 @@ class Navigator:
         clearances = ControlObstacle(response, state, obstacles, self.robot).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin if margin is None else margin)
         return ControlObstacle(response, state, obstacles, self.robot, kept)
-
-    def predict(self, obstacles: Obstacles, state: State, now: float) -> ObstacleWindow:
-        """The obstacles on their predicted trajectories from `now` [s] on.
-
-        Obstacles that appear later are included only if the forecast contains them.
-        """
-        window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
-        window.refuse_worlds()
-        if self.horizons is None:
-            return window
-        return window.within(np.minimum(self.horizons(state, window.obstacles, self.limits, now), self.horizon))
-
-    def situations(self, state: State, goal: Goal, now: float) -> list[Situation]:
-        """The input of the objective for each response; for those that slow down soonest if the robot is too fast."""
-        responses = self._responses
-        if self.is_too_fast(state):
-            # A small acceleration held for long would obey the limit only at its end; the speed must fall now.
-            shortest = min(response.settled(self.horizon) for response in responses)
-            responses = tuple(r for r in responses if r.settled(self.horizon) <= shortest)
-        return [self.situation(response, state, goal, now) for response in responses]
-
-    def situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
-        """The input of the objective for one response."""
-        admissible = self.limits.admissible(response, state, self.horizon)
-        return Situation(response, state, goal, self.limits, admissible, now, self.horizon, self.period, self._shortest)
-
-    def is_too_fast(self, state: State) -> bool:
-        """Whether the robot exceeds its speed limit by more than rounding."""
-        return float(np.linalg.norm(state.velocity)) > self.limits.max_speed * (1.0 + 10.0 * ADMISSIBLE)

@@ -3,7 +3,7 @@
 from ctypes import c_void_p, cast
 from dataclasses import replace
 from math import hypot
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from slalom.decision.objective import (
     parts_of,
     preferred_control,
 )
+from slalom.decision.settings import Settings
 from slalom.decision.tables import (
     RobotRow,
     Skeletons,
@@ -46,7 +47,6 @@ from slalom.kernels.decision.tables import (
     MIXED,
     NO_OBJECTIVES,
     PREFERRED,
-    DecisionSettings,
     DecisionTables,
     Objectives,
     Paths,
@@ -66,10 +66,6 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 
-if TYPE_CHECKING:
-    from slalom.decision.navigator import Navigator
-
-
 # ---------------------------------------------------------------------------------------------------------------------
 # The input of one decision as the policy takes it.
 
@@ -77,7 +73,7 @@ if TYPE_CHECKING:
 class Request(NamedTuple):
     """The input of one decision, with the obstacles that decide alike apart, see `Navigator.decide`."""
 
-    robot: "Navigator"  # with the objective of the decision
+    robot: Settings  # with the objective of the decision
     around: tuple[Obstacle | ObstacleTable | Tracks, ...]
     others: Tracks | None
     state: State
@@ -125,7 +121,7 @@ class ObjectiveInPython:
     def __init__(
         self,
         objective: Objective,
-        navigator: "Navigator",
+        navigator: Settings,
         request: Request,
         responses: tuple[Response, ...],
         own: RobotRow,
@@ -214,7 +210,7 @@ class PolicyTables:
         InvalidInput: a response that is not linear in the state.
     """
 
-    def __init__(self, robot: "Navigator", *, among: bool) -> None:
+    def __init__(self, robot: Settings, *, among: bool) -> None:
         method, limits, d = robot.method, robot.limits, robot.robot.dimension
         self.robot, self.among, self.dimension = robot, among, d
         rules = method.among_robots() if among else method
@@ -224,22 +220,7 @@ class PolicyTables:
         self._skeletons = Skeletons([robot.robot, round_shape(0.0, d)] if among else [robot.robot])
         margin = robot.margin
         self._margin = margin_among(method, margin, limits.max_acceleration, robot.period) if among else margin
-        # Whole numbers would be of another type, for which the kernels are not compiled.
-        self._settings = DecisionSettings(
-            dimension=d,
-            now=0.0,
-            period=float(robot.period),
-            horizon=float(robot.horizon),
-            regain=np.inf if method.regain is None or not among else float(method.regain),
-            patience=float(robot.patience),
-            share=float(method.share) if among else 1.0,
-            least_share=float(method.share) if among else 1.0,
-            agrees=method.agrees and among,
-            stops_at_obstacles=method.stops_at_obstacles and among,
-            shared=False,
-            detours=np.array(robot.detours, dtype=np.float64),
-            budget=np.inf,
-        )
+        self._settings = robot.numbers(among=among)
         self._clearance = robot.margin + CONTACT_SLACK + float(self._table.each["error"].max())
         self._spare: dict[tuple[int, int, int], OwnTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import contextmanager
 from copy import deepcopy
+from dataclasses import replace
 from functools import partial
 from math import radians
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -16,14 +17,13 @@ from slalom import kernels
 from slalom.base.checks import (
     Array,
     array_of,
-    duration,
     each_number,
     flags,
     has,
+    known,
     listing,
     not_before,
     not_negative,
-    positive,
     whole,
     whole_numbers,
 )
@@ -31,8 +31,9 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import PATH_BRAKING, REST_DURATION
 from slalom.decision import Outcome
 from slalom.decision.decision import Approaches
-from slalom.decision.methods import HOLDS, Method, margin_among
-from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator, checked_detours, checked_holds, within_horizon
+from slalom.decision.methods import Method, margin_among
+from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
+from slalom.decision.settings import FleetSettings, Settings
 from slalom.decision.tables import (
     Skeletons,
     bounds_of,
@@ -49,7 +50,7 @@ from slalom.decision.tables import (
 )
 from slalom.fleet.guidance import Guidance, guidance_of
 from slalom.fleet.images import Images
-from slalom.fleet.observation import decide_by_sight, observers_of
+from slalom.fleet.observation import observers_of
 from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
 from slalom.fleet.settings import Policy, members_of
 from slalom.forecast.linear import piecewise_polynomial
@@ -70,11 +71,11 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenBrake, Response
 from slalom.model.shape import Shape
 from slalom.model.state import State
-from slalom.model.trajectory import Stationary
+from slalom.model.trajectory import ConstantVelocity, Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.window import Obstacles, ObstacleWindow, fitting, in_world
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, fitting, in_world
 from slalom.perception.sight import Sight
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -93,7 +94,8 @@ class CommittedFleet:
     """Robots that decide by methods of one robot each. `fleet.Fleet` has the loop of a caller, the simulator its own.
 
     Attributes:
-        members: settings of each robot. policies: the robots of each method.
+        members: settings of each robot. navigator: of the first robot, with the settings that all have in common.
+        policies: the robots of each method.
         table: the robots, see `kernels.decision.tables.RobotTable`. responses: of all kinds of robots, as tables.
         progress: [m] of each robot along its path; None where it follows none.
         skeletons: kinds of shapes. targets: motion of targets that move.
@@ -108,28 +110,25 @@ class CommittedFleet:
         robots: int | None = None,
         names: Sequence[str] | None = None,
         obstacles: Sequence[Obstacle] | ObstacleTable = (),
-        period: float = 0.1,
-        horizon: float = 6.0,
-        margin: npt.ArrayLike = 0.05,
+        margin: npt.ArrayLike = Settings.margin,
         priority: npt.ArrayLike = 1.0,
         worlds: npt.ArrayLike | None = None,
         world_period: Period | None = None,
-        holds: tuple[float, ...] = HOLDS,
-        patience: float = 0.01,
-        detours: tuple[float, ...] = DETOURS,
         observation_delay: float = 0.0,
         observation_noise: float = 0.0,
         threads: int | None = None,
-        stuck_after: float = 10.0,
         sight: Sight | None = None,
         guided: bool | None = None,
+        **settings: Unpack[FleetSettings],
     ) -> None:
         self.members = members_of(method, shapes, limits, robots, names, margin, priority, worlds)
         self.obstacles = obstacles if isinstance(obstacles, ObstacleTable) else ObstacleTable(obstacles)
-        self.period, self.horizon = duration(period, "period"), duration(horizon, "horizon")
-        within_horizon(self.period, self.horizon)
-        self.holds, self.detours = checked_holds(holds), checked_detours(detours)
-        self.patience = not_negative(patience, "patience")
+        for name in settings:
+            known(name, "setting", tuple(FleetSettings.__annotations__))
+        settings.setdefault("detours", DETOURS)
+        first = self.members.methods[0], self.members.shapes[0], self.members.limits[0]
+        self.navigator = Navigator(*first, margin=float(self.members.margins[0]), **settings)
+        self.period, self.horizon = self.navigator.period, self.navigator.horizon
         delay, noise = not_negative(observation_delay, "observation_delay"), observation_noise
         self.threads = kernels.threads() if threads is None else whole(threads, "threads", 1)
         n, dimensions = len(self.members.shapes), {each.dimension for each in (*self.members.shapes, *self.obstacles)}
@@ -147,11 +146,13 @@ class CommittedFleet:
         self._known = np.zeros(n, np.bool_)
         self.headings: Array | None = None
         self.progress: list[float | None] = [None] * n
-        self.stuck_after = positive(stuck_after, "stuck_after")
         self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
-        self.images = None if world_period is None else Images(self, world_period)
-        self.observers = [] if sight is None else observers_of(self, sight)
-        self.guidance, self._targets_only = guidance_of(self, guided), bool(guided)
+        given = self.obstacles.given
+        self.images = None if world_period is None else Images(self.members, self.horizon, world_period)
+        self.observers = [] if sight is None else observers_of(sight, self.members, given, world_period)
+        world_period = None if self.images is None else self.images.period
+        self.guidance = guidance_of(guided, self.members, given, world_period, self.threads)
+        self._targets_only = bool(guided)
 
     def __repr__(self) -> str:
         methods = ", ".join(policy.method.name for policy in self.policies)
@@ -162,7 +163,9 @@ class CommittedFleet:
         for k, method in enumerate(self.members.methods):
             rows.setdefault(method, []).append(k)
         publishes = np.array([method.shared for method in self.members.methods])
-        return [Policy(method, np.array(some), publishes, self.horizon) for method, some in rows.items()]
+        return [
+            Policy(replace(self.navigator, method=method), np.array(some), publishes) for method, some in rows.items()
+        ]
 
     def _tables(self, delay: float, noise: float) -> tuple[RobotTable, list[str]]:
         """The table of robots, and the responses as text."""
@@ -171,7 +174,9 @@ class CommittedFleet:
         for p, policy in enumerate(self.policies):
             policy_of[policy.rows] = p
         kind = [distinct.setdefault(each, len(distinct)) for each in zip(policy_of.tolist(), robots.limits)]
-        kinds = tuple(self.policies[p].method.responses(limits, self.period, self.holds) for p, limits in distinct)
+        kinds = tuple(
+            self.policies[p].method.responses(limits, self.period, self.navigator.holds) for p, limits in distinct
+        )
         for (p, _), responses, k in zip(distinct, kinds, (kind.index(which) for which in range(len(kinds)))):
             if self.policies[p].method.shared:
                 self._refuse_short_horizon(responses, robots.names[k])
@@ -240,7 +245,7 @@ class CommittedFleet:
     def settings(self, policy: Policy, now: float, period: float | None = None) -> DecisionSettings:
         """The settings of the decisions of a policy at `now` [s], until the next ones after `period` [s]."""
         next_after = self.period if period is None else period
-        return policy.settings(now, next_after, self.patience, self.detours, self.table, self.dimension)
+        return policy.settings(now, next_after, self.table)
 
     def by_policy(self, order: Indices) -> Iterator[tuple[Policy, Indices]]:
         """The robots in `order` that decide by each policy.
@@ -267,7 +272,7 @@ class CommittedFleet:
 
     def grown_bodies(self, window: ObstacleWindow) -> list[GrownBodies]:
         """Passive obstacles on predicted trajectories and the robots, grown by each kind of skeleton."""
-        kinds, detours = range(len(self.skeletons.shapes)), bool(self.detours)
+        kinds, detours = range(len(self.skeletons.shapes)), bool(self.navigator.detours)
         return [self.skeletons.grown_bodies(k, window, detours=detours) for k in kinds]
 
     def decide(
@@ -281,10 +286,54 @@ class CommittedFleet:
         if self._turning:
             states = [self._state(k) for k in range(len(self.members.limits))]
             self._bounds = bounds_of(self.members.limits, states)
-        with nullcontext() if self.images is None else self.images.around(self, order):
+        with self._among_images(order):
             fallen = self._decide_together(order, settings, bodies, obstacles)
         found = self.table.each["outcome"].tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
+
+    def decide_by_sight(
+        self, policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles
+    ) -> dict[int, Outcome]:
+        """The outcomes of robots (rows), each of which decides among the obstacles and the robots that it sees.
+
+        Robots that share their manoeuvres know them of all robots.
+        """
+        each, observed, d = self.table.each, self.table.observed, self.dimension
+        now, outcomes = settings.now, dict[int, Outcome]()
+        times, points = observed.times.copy(), observed.points.copy()
+        # There is one world, number 0.
+        obstacles, present = each_of(in_world(around, 0)), each["present"].copy()
+        robots = [
+            Obstacle(shape, ConstantVelocity(position, velocity, now))
+            for shape, position, velocity in zip(self.members.shapes, each["position"][:, :d], each["velocity"][:, :d])
+        ]
+        for k in some.tolist():
+            others = [j for j in range(len(robots)) if j != k and each["present"][j]]
+            observer, ahead = self.observers[k], each["target"][k, :d]
+            seen = observer.look(self._state(k), obstacles, now, ahead, [robots[j] for j in others])
+            if not policy.method.shared:
+                each["present"] = False
+                each["present"][others], each["present"][k] = observer.robots_seen, True
+            bodies = self.grown_bodies(self.window(policy, seen, now))
+            outcomes |= self.decide(some[some == k], settings, bodies, seen)
+            each["present"] = present
+            if not settings.shared:
+                # The next robot may not see the obstacles at which the others were predicted to stop.
+                observed.times[:], observed.points[:] = times, points
+        return outcomes
+
+    @contextmanager
+    def _among_images(self, some: Indices) -> Iterator[None]:
+        """Let the table hold the images that `some` robots can meet, in a periodic world, see `Images.around`."""
+        if self.images is None:
+            yield
+            return
+        whole = self.table, self.targets
+        with self.images.around(*whole, some) as (self.table, self.targets):
+            try:
+                yield
+            finally:
+                self.table, self.targets = whole
 
     def _state(self, k: int) -> State:
         """The state of the robot in row k."""
@@ -328,16 +377,12 @@ class CommittedFleet:
         arrives = each["objective"][k] == ARRIVE
         position = each["target"][k, :d] if arrives else state.position + self.horizon * each["wanted"][k, :d]
         goal = Goal(Stationary(position), float(max(each["tolerance"][k], 1e-9)), bool(each["stop"][k]))
-        navigator = Navigator(
-            method,
-            self.members.shapes[k],
-            self.members.limits[k],
-            period=self.period,
-            horizon=self.horizon,
+        navigator = replace(
+            self.navigator,
+            method=method,
+            robot=self.members.shapes[k],
+            limits=self.members.limits[k],
             margin=float(each["margin_among"][k]),
-            holds=self.holds,
-            patience=self.patience,
-            detours=self.detours,
         )
         decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
         self.commit(k, decision.manoeuvre, now)
@@ -416,7 +461,6 @@ class Fleet(CommittedFleet):
         robots: their number n, where no sequence is given. names: for messages and manoeuvres; None: numbers.
         obstacles: passive obstacles with their true trajectories, in every world; the method's forecast determines what
             is used.
-        period: [s] between decisions. horizon: [s] up to which collisions count.
         margin: [m] to keep from obstacles. Between robots that only observe each other it is larger, by twice
             a (period + delay)^2 and three times the noise. The first is the largest error of a prediction when both
             accelerate by a at most.
@@ -426,7 +470,7 @@ class Fleet(CommittedFleet):
         worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
         world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
             Robots meet all images of robots and obstacles. Positions are not wrapped.
-        holds, patience, detours, stuck_after: see `Navigator`.
+        settings: period, horizon, holds, patience, detours and stuck_after, see `Settings`.
         observation_delay: [s] largest age of the observed states of the others. observation_noise: [m] standard
             deviation of that. Both enter the margin.
         sight: what each robot sees of obstacles and, unless it shares its manoeuvres, of other robots; obstacles at
@@ -512,7 +556,7 @@ class Fleet(CommittedFleet):
         for policy, some in self.by_policy(order[there[order]]):
             self.observe(policy, now)
             if self.observers:
-                outcomes |= decide_by_sight(self, policy, some, self.settings(policy, now), around)
+                outcomes |= self.decide_by_sight(policy, some, self.settings(policy, now), around)
                 continue
             bodies = self.grown_bodies(self.window(policy, around, now))
             outcomes |= self.decide(some, self.settings(policy, now), bodies, around)
@@ -529,7 +573,7 @@ class Fleet(CommittedFleet):
         )
         stalled = self._stalled(there, now)
         found = tuple(outcomes.get(k) for k in range(len(there)))
-        return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.stuck_after)
+        return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.navigator.stuck_after)
 
     def _stalled(self, there: Flags, now: float) -> Array:
         """Time [s] since each robot last came nearer to its target, or on along its path: (n,)."""

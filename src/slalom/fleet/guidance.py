@@ -1,7 +1,7 @@
 """Guidance of robots that share the plane: waypoints, traffic circles, priority inheritance."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 import shapely
@@ -11,16 +11,13 @@ from slalom import kernels
 from slalom.base.checks import Array, flag
 from slalom.base.errors import InvalidInput
 from slalom.fleet.rounds import map_in_threads
+from slalom.fleet.settings import Members
 from slalom.kernels.arrays import Flags
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.model.goal import least_distance
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period, between
 from slalom.obstacle.pieces import outline_parts
-
-if TYPE_CHECKING:
-    from slalom.fleet.fleet import CommittedFleet
-
 
 HALF_DIAGONAL: Final = 0.7
 """[cell] Half the diagonal of a cell, rounded down: within it the clearance is hardly larger by more.
@@ -268,26 +265,28 @@ def _passage(outlines: Outlines, clearance: Array, low: Array, width: float, mos
     return found
 
 
-def guidance_of(fleet: "CommittedFleet", guided: bool | None) -> Guidance | None:
+def guidance_of(
+    guided: bool | None, members: Members, obstacles: Sequence[Obstacle], world_period: Period | None, threads: int
+) -> Guidance | None:
     """The guidance of a fleet, None for one that is not `guided`; see `Fleet` for a value of None.
 
     Raises:
         InvalidInput: True for a fleet in space or in several worlds.
     """
-    each = fleet.table.each
-    possible = fleet.dimension == 2 and not each["world"].any()
-    if not (possible and len(each) > 1 if guided is None else flag(guided, "guided")):
+    dimension, n = members.shapes[0].dimension, len(members.shapes)
+    possible = dimension == 2 and not members.worlds.any()
+    if not (possible and n > 1 if guided is None else flag(guided, "guided")):
         return None
     if not possible:
-        where = "space" if fleet.dimension == 3 else "several worlds"
+        where = "space" if dimension == 3 else "several worlds"
         raise InvalidInput(f"guided: expected False for a fleet in {where}, found True")
     return Guidance(
-        each["radius"].copy(),
-        each["max_speed"].copy(),
-        float(fleet.members.margins.max()),
-        fleet.obstacles.given,
-        world_period=None if fleet.images is None else fleet.images.period,
-        threads=fleet.threads,
+        np.array([float(shape.bounding_radius) for shape in members.shapes]),
+        np.array([float(limits.max_speed) for limits in members.limits]),
+        float(members.margins.max()),
+        obstacles,
+        world_period=world_period,
+        threads=threads,
     )
 
 

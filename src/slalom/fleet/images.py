@@ -2,40 +2,39 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slalom.decision.tables import publish, reaches
+from slalom.fleet.settings import Members
 from slalom.forecast.forecast import Forecast
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import Paths, RobotTable
+from slalom.kernels.decision.tables import Paths, RobotTable, TargetPaths
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period, checked_period, displaced, images_met, images_near, to_nearest
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, in_world, listed
 
-if TYPE_CHECKING:
-    from slalom.fleet.fleet import CommittedFleet
-
 
 class Images:
-    """The images of robots and obstacles in a world with a `period` (d,) [m]."""
+    """The images of robots and obstacles in a world with a `period` (d,) [m], up to a `horizon` [s]."""
 
-    def __init__(self, fleet: "CommittedFleet", period: Period) -> None:
-        table = fleet.table
-        wide = 2.0 * float(table.each["radius"].max()) + float(fleet.members.margins.max())
-        self.period = checked_period(period, fleet.dimension, wide, "world_period")
-        self.horizon = fleet.horizon
+    def __init__(self, members: Members, horizon: float, period: Period) -> None:
+        shapes = members.shapes
+        wide = 2.0 * max(shape.bounding_radius for shape in shapes) + float(members.margins.max())
+        self.period = checked_period(period, shapes[0].dimension, wide, "world_period")
+        self.members, self.horizon = members, horizon
 
     @contextmanager
-    def around(self, fleet: "CommittedFleet", some: Indices) -> Iterator[None]:
-        """Let the table of the fleet hold the robots in the cell about the origin, and images near `some` of them.
+    def around(
+        self, whole: RobotTable, targets: TargetPaths, some: Indices
+    ) -> Iterator[tuple[RobotTable, TargetPaths]]:
+        """A table of the robots in the cell about the origin and of images near `some` of them, and their targets.
 
-        Passive obstacles are those about that cell, see `window`. Afterwards the table holds the robots alone, where
-        they were, with the decisions made meanwhile.
+        Passive obstacles are those about that cell, see `window`. Afterwards the decisions made meanwhile are written
+        into the table of the `whole` fleet.
         """
-        whole, targets, d = fleet.table, fleet.targets, fleet.dimension
+        d = self.members.shapes[0].dimension
         home = to_nearest(whole.each["position"], self.period)
         positions = whole.each["position"] + home
         distances = reaches(whole.each, self.horizon) + whole.each["margin_among"]
@@ -48,18 +47,15 @@ class Images:
         each["next_image"] = _next_images(rows)
         committed, observed = whole.committed, whole.observed
         moved = committed.points + home[:, None, None]
-        fleet.table = own = RobotTable(
+        own = RobotTable(
             each,
             Paths(committed.times.copy(), moved.copy()),
             Paths(observed.times[rows], observed.points[rows] + by[:, None, None]),
         )
         if len(targets.points):
             of_paths = np.repeat(home, np.diff(targets.first), axis=0)
-            fleet.targets = targets._replace(points=targets.points + of_paths[:, None])
-        try:
-            yield
-        finally:
-            fleet.table, fleet.targets = whole, targets
+            targets = targets._replace(points=targets.points + of_paths[:, None])
+        yield own, targets
         decided, kept = each[: len(home)], ("position", "target", "next_image")
         for name in kept:
             decided[name] = whole.each[name]
@@ -69,7 +65,7 @@ class Images:
         committed.times[changed] = own.committed.times[changed]
         committed.points[changed] = own.committed.points[changed] - home[changed, None, None]
         for k in np.flatnonzero(changed).tolist():
-            if fleet.members.methods[k].shared:
+            if self.members.methods[k].shared:
                 publish(whole, k)
 
     def window(self, table: RobotTable, obstacles: Obstacles, forecast: Forecast, now: float) -> ObstacleWindow:

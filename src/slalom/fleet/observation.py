@@ -1,25 +1,17 @@
-"""Limited sight from decision to decision: the observer of one robot, and decisions of a fleet by what is visible."""
+"""Limited sight from decision to decision: the observer of each robot."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slalom.base.checks import Array, has
 from slalom.base.errors import InvalidInput
-from slalom.decision import Outcome
-from slalom.fleet.settings import Policy
-from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import DecisionSettings
+from slalom.fleet.settings import Members
 from slalom.model.state import State
-from slalom.model.trajectory import ConstantVelocity
 from slalom.obstacle import Obstacle
+from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.window import Obstacles, each_of, in_world
 from slalom.perception.sight import Sight, Visibility
-
-if TYPE_CHECKING:
-    from slalom.fleet.fleet import CommittedFleet
 
 
 class Observer:
@@ -54,44 +46,13 @@ class Observer:
         return [self._map, *moving, *self.last.hidden]
 
 
-def observers_of(fleet: "CommittedFleet", sight: Sight) -> list[Observer]:
+def observers_of(
+    sight: Sight, members: Members, obstacles: Sequence[Obstacle], world_period: Period | None
+) -> list[Observer]:
     """The sight of each robot of a fleet. Raises InvalidInput as the fleet."""
     has(sight, ("look", "range"), "a Sight, or None", "sight")
-    if fleet.dimension != 2 or fleet.images is not None or fleet.table.each["world"].any():
+    if members.shapes[0].dimension != 2 or world_period is not None or members.worlds.any():
         raise InvalidInput("sight: expected none in space, in a periodic world or in several worlds, found one")
     if sight.hidden_speed is not None:
         raise InvalidInput(f"sight: expected no hidden speed in a fleet, found {sight.hidden_speed:g} m/s")
-    return [Observer(sight, fleet.obstacles.given) for _ in fleet.members.shapes]
-
-
-def decide_by_sight(
-    fleet: "CommittedFleet", policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles
-) -> dict[int, Outcome]:
-    """The outcomes of robots (rows), each of which decides among the obstacles and the robots that it sees.
-
-    Robots that share their manoeuvres know them of all robots.
-    """
-    each, d, now, outcomes = fleet.table.each, fleet.dimension, settings.now, dict[int, Outcome]()
-    observed = fleet.table.observed
-    times, points = observed.times.copy(), observed.points.copy()
-    # There is one world, number 0.
-    obstacles, present = each_of(in_world(around, 0)), each["present"].copy()
-    robots = [
-        Obstacle(shape, ConstantVelocity(position, velocity, now))
-        for shape, position, velocity in zip(fleet.members.shapes, each["position"][:, :d], each["velocity"][:, :d])
-    ]
-    for k in some.tolist():
-        others = [j for j in range(len(robots)) if j != k and each["present"][j]]
-        heading = None if fleet.headings is None else float(fleet.headings[k])
-        state = State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d], heading)
-        seen = fleet.observers[k].look(state, obstacles, now, each["target"][k, :d], [robots[j] for j in others])
-        if not policy.method.shared:
-            each["present"] = False
-            each["present"][others], each["present"][k] = fleet.observers[k].robots_seen, True
-        bodies = fleet.grown_bodies(fleet.window(policy, seen, now))
-        outcomes |= fleet.decide(some[some == k], settings, bodies, seen)
-        each["present"] = present
-        if not settings.shared:
-            # The next robot may not see the obstacles at which the others were predicted to stop.
-            observed.times[:], observed.points[:] = times, points
-    return outcomes
+    return [Observer(sight, obstacles) for _ in members.shapes]

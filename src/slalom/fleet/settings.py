@@ -10,6 +10,7 @@ import numpy.typing as npt
 from slalom.base.checks import LIMITS, METHOD, SHAPE, Array, each_number, has, listing, text, whole, whole_numbers
 from slalom.base.errors import InvalidInput
 from slalom.decision.methods import Method
+from slalom.decision.settings import Settings
 from slalom.decision.tables import publish
 from slalom.forecast.linear import linear_forecast
 from slalom.kernels.arrays import Flags, Indices
@@ -131,14 +132,16 @@ class Policy:
     """The robots `rows` (m,) of a fleet, which decide by `method`.
 
     Attributes:
+        navigator: with this method, and the settings that all robots have in common.
         published: (n,) whether a robot publishes its committed manoeuvre to these robots; the states of the others are
             observed.
     """
 
-    def __init__(self, method: Method, rows: Indices, publishes: Flags, horizon: float) -> None:
-        self.method, self.rows, self.horizon = method, rows, horizon
-        self.published = publishes & method.shared
-        self._forecast = linear_forecast(method.robot_forecast, FORECAST_HORIZONS * horizon)
+    def __init__(self, navigator: Settings, rows: Indices, publishes: Flags) -> None:
+        self.method, self.rows, self.horizon = navigator.method, rows, navigator.horizon
+        self._settings = navigator.numbers(among=True)._replace(shared=self.method.shared)
+        self.published = publishes & self.method.shared
+        self._forecast = linear_forecast(self.method.robot_forecast, FORECAST_HORIZONS * self.horizon)
 
     @property
     def tabulated(self) -> bool:
@@ -150,27 +153,12 @@ class Policy:
         """Number of pieces of a predicted path in tables; 0 where nothing is predicted in tables."""
         return 0 if self.published.all() or self._forecast is None else len(self._forecast.shares)
 
-    def settings(
-        self, now: float, period: float, patience: float, detours: tuple[float, ...], table: RobotTable, dimension: int
-    ) -> DecisionSettings:
+    def settings(self, now: float, period: float, table: RobotTable) -> DecisionSettings:
         """The settings of the decisions at `now` [s], until the next ones after `period` [s]."""
-        method, priority = self.method, table.each["priority"]
+        share, priority = self.method.share, table.each["priority"]
         own, lowest = priority[self.rows].max(), priority.min()
-        return DecisionSettings(
-            dimension=dimension,
-            now=float(now),
-            period=float(period),
-            horizon=float(self.horizon),
-            regain=np.inf if method.regain is None else float(method.regain),
-            patience=float(patience),
-            share=float(method.share),
-            least_share=float(method.share * lowest / (method.share * lowest + (1.0 - method.share) * own)),
-            agrees=method.agrees,
-            stops_at_obstacles=method.stops_at_obstacles,
-            shared=method.shared,
-            detours=np.array(detours, dtype=np.float64),
-            budget=np.inf,
-        )
+        least = float(share * lowest / (share * lowest + (1.0 - share) * own))
+        return self._settings._replace(now=float(now), period=float(period), least_share=least)
 
     def observe(self, table: RobotTable, d: int, now: float, states: Array | None, times: Array | None) -> None:
         """Write the paths on which these robots predict all robots into `table`.

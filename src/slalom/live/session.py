@@ -11,6 +11,7 @@ from slalom.base.checks import Array, number, positive, vector, whole
 from slalom.base.errors import InvalidInput, SlalomError
 from slalom.decision import Decision
 from slalom.decision.methods import Method, method as method_of
+from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import pack
 from slalom.live.recorded import Recorded, last_state
@@ -245,9 +246,9 @@ def without_obstacle(scenario: Scenario, index: int) -> Scenario:
 
 
 def with_setting(scenario: Scenario, name: str, value: float) -> Scenario:
-    """Return the scenario with another horizon, margin or patience. Raises InvalidInput for another name."""
-    if name not in ("horizon", "margin", "patience"):
-        raise InvalidInput(f"name: expected one of horizon, margin, patience; found {name!r}")
+    """Return the scenario with another value of one of NUMBERS. Raises InvalidInput for another name."""
+    if name not in NUMBERS:
+        raise InvalidInput(f"name: expected one of {', '.join(NUMBERS)}; found {name!r}")
     return scenario.with_settings({name: number(value, name)})
 
 

@@ -1,7 +1,7 @@
 """A scenario: robots, obstacles and the settings of a run."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +16,7 @@ from slalom.base.checks import (
     STATE,
     Array,
     array_of,
+    check_fields,
     has,
     known,
     listing,
@@ -28,9 +29,10 @@ from slalom.base.checks import (
 )
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
-from slalom.decision.methods import HOLDS, Method
-from slalom.decision.navigator import Navigator, checked_holds
+from slalom.decision.methods import Method
+from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Arrive, Objective, needs_goal
+from slalom.decision.settings import NUMBERS, SharedSettings
 from slalom.fleet.fleet import DETOURS
 from slalom.lookahead.navigator import LookAhead
 from slalom.model.goal import Goal, refuse_stop
@@ -193,7 +195,7 @@ class Robot:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Scenario:
+class Scenario(SharedSettings):
     """Robots among obstacles, and the settings of their navigators.
 
     Attributes:
@@ -201,7 +203,7 @@ class Scenario:
         obstacles: each exists as long as its trajectory lasts, except those that continue (see `Obstacle.after_end`).
         start: [s] absolute time of the start. duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
-            multiple of dt. horizon [s], margin [m], patience [1], holds [s]: see `Navigator`.
+            multiple of dt. horizon, margin, holds and others: see `Settings`.
         guided: 1, or 0 for robots whose targets are their goals (see `Fleet`), to measure the effect of guidance. A
             single robot is never guided.
         message_delay: [s] largest delay of messages between robots that share their manoeuvres.
@@ -230,10 +232,7 @@ class Scenario:
     duration: float = 60.0
     dt: float = 0.1
     replan: float = 0.0
-    horizon: float = 6.0
-    margin: float = 0.05
-    patience: float = 0.01
-    holds: tuple[float, ...] = HOLDS
+    _: KW_ONLY
     guided: float = 1.0
     message_delay: float = 0.0
     message_loss: float = 0.0
@@ -262,11 +261,11 @@ class Scenario:
         if len(dimensions) != 1:
             raise InvalidInput(f"robots: expected one or more of the same dimension, found dimensions {dimensions}")
         number(self.start, "start")
-        for name in ("duration", "dt", "horizon"):
+        check_fields(self)
+        for name in ("duration", "dt"):
             positive(getattr(self, name), name)
-        for name in ("margin", "patience", "replan", "guided"):
+        for name in ("replan", "guided"):
             not_negative(getattr(self, name), name)
-        checked_holds(self.holds)
         for name, mistake in unfit_times(self.duration, self.dt, self.replan, self.horizon, self.holds):
             raise InvalidInput(f"{name}: {mistake}")
         whole_periods(self.replan, self.dt)
@@ -372,12 +371,9 @@ class Scenario:
             own.shape,
             own.limits,
             period=period,
-            horizon=self.horizon,
-            margin=self.margin_of(robot),
-            holds=self.holds,
-            patience=self.patience,
             detours=DETOURS if len(self.robots) > 1 else (),
             objective=Arrive() if own.objective is None else own.objective,
+            **self.shared | {"margin": self.margin_of(robot)},
         )
 
 
@@ -409,7 +405,7 @@ _PARTS = (
 )
 
 SETTINGS = (
-    *("start", "duration", "dt", "replan", "horizon", "margin", "patience", "guided"),
+    *("start", "duration", "dt", "replan", *NUMBERS, "guided"),
     *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
     *SIGHT,
 )

@@ -1,20 +1,21 @@
 """Decisions of a vehicle that are judged by the motion of its body, not of the point that it decides for."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import ceil, hypot
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.checks import GOAL, LIMITS, Array, has, not_negative, number, positive, whole
+from slalom.base.checks import GOAL, LIMITS, Array, check_fields, has, not_negative, number, whole
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, TIME
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
-from slalom.decision.methods import HOLDS, Method
+from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
+from slalom.decision.settings import SharedSettings
 from slalom.model.goal import Goal, refuse_stop
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
@@ -87,7 +88,7 @@ class VehicleDecision:
 
 
 @dataclass(frozen=True)
-class VehicleNavigator:
+class VehicleNavigator(SharedSettings):
     """Vehicle that decides with `method`, and judges each manoeuvre by the motion of its own body.
 
     Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits, are
@@ -105,7 +106,7 @@ class VehicleNavigator:
         body: a disc, or a rectangle whose x axis is along the heading; it turns with the vehicle. `discs` discs cover
             a rectangle, which adds hypot(width, length / discs) / 2 - width / 2 at its sides.
         center: [m] of the middle of the body ahead of the axle.
-        horizon, margin, holds, patience: as of `Navigator`. limits: of the point; None: all that the wheels may do.
+        horizon, margin, holds and others: see `Settings`. limits: of the point; None: all that the wheels may do.
         reverse_after: [s] without progress after which a bicycle reverses, if it would stay without moving obstacles.
     """
 
@@ -114,10 +115,7 @@ class VehicleNavigator:
     body: Disc | Rectangle
     center: float = 0.0
     discs: int | None = None
-    horizon: float = 6.0
-    margin: float = 0.05
-    holds: tuple[float, ...] = HOLDS
-    patience: float = 0.01
+    _: KW_ONLY
     limits: Limits | None = None
     reverse_after: float = 3.0
 
@@ -130,8 +128,7 @@ class VehicleNavigator:
             object.__setattr__(self, "discs", whole(self.discs, "discs", 1))
         if self.limits is not None:
             has(self.limits, *LIMITS, "limits")
-        positive(self.horizon, "horizon")
-        not_negative(self.margin, "margin")
+        check_fields(self)
         object.__setattr__(self, "reverse_after", not_negative(self.reverse_after, "reverse_after"))
         self._navigators  # noqa: B018  # refuses what a navigator refuses
 
@@ -155,10 +152,7 @@ class VehicleNavigator:
                 Disc(least + growth * (most - least)),
                 self.limits or self.vehicle.free_limits,
                 period=self.vehicle.period,
-                horizon=self.horizon,
-                margin=self.margin + TRACKING_RESERVE * self.vehicle.tracking_error,
-                holds=self.holds,
-                patience=self.patience,
+                **self.shared | {"margin": self.margin + TRACKING_RESERVE * self.vehicle.tracking_error},
             )
             for growth in dict.fromkeys(GROWTHS if most > least else (0.0,))
         )

@@ -129,7 +129,7 @@ class Group:
         alone = self._shift[0] if len(members) == 1 else np.zeros(2)
         desired = np.array(
             [
-                desired_velocity(m, velocity, self._fleet.holds[0], motion.limits.braking)
+                desired_velocity(m, velocity, self._fleet.navigator.holds[0], motion.limits.braking)
                 for m, velocity, motion in zip(members, self._velocities, self._motions)
             ]
         )

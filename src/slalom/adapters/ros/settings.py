@@ -40,7 +40,7 @@ class NodeSettings:
     margin
         Distance to keep from obstacles [m].
     patience
-        Time of arrival that keeping a manoeuvre may cost [s]. From a period on, speeds alternate near a stop.
+        Share of the time that keeping a manoeuvre may cost [1].
     frame
         Fixed frame, in which the odometry is.
     position_error

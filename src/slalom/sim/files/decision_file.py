@@ -14,9 +14,9 @@ from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
 from slalom.decision.decision import Approach
 from slalom.decision.document import FORECAST_KINDS, FORMAT, RESPONSE_KINDS, result
-from slalom.decision.futures import Risk
 from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
+from slalom.decision.settings import Risk, Settings
 from slalom.io.recorded import first_of
 from slalom.io.table import text_of
 from slalom.model.limits import Limits
@@ -39,6 +39,7 @@ from slalom.sim.files.parts import (
     TrajectoryModel,
     UncertaintyModel,
     Vector,
+    model_of_settings,
 )
 from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, HeadingModel, heading_of, known_method
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, in_order, messages
@@ -61,6 +62,10 @@ class LimitsSpec(Model):
     bounds: list[BoundModel]
 
 
+_Values: Any = model_of_settings("_Values", Settings, Model, required=True)
+"""Keys of `Settings` that are numbers or lists of them."""
+
+
 class RiskSpec(Model):
     """See `Risk`; the loss is null without bound."""
 
@@ -68,19 +73,12 @@ class RiskSpec(Model):
     likely: NotNegative = 0.1
 
 
-class NavigatorSpec(Model):
+class NavigatorSpec(_Values):  # type: ignore[misc]  # derived
     """Keys of `Navigator` in the file of a decision."""
 
     method: Annotated[str, AfterValidator(known_method)]
     shape: ShapeModel
     limits: LimitsSpec
-    period: Positive
-    horizon: Positive
-    margin: NotNegative
-    patience: NotNegative
-    stuck_after: Positive
-    holds: Annotated[list[Positive], Field(min_length=1)]
-    detours: list[FiniteFloat]
     objective: ObjectiveModel
     horizons: Annotated[PartModel, OfAnyKind(HORIZONS)] | None
     risk: RiskSpec = Field(default_factory=RiskSpec)
@@ -202,6 +200,7 @@ Larger: it takes seconds to refuse a large file. Smaller: messages of more files
 class DecisionFile(NamedTuple):
     """The inputs of a decision, and its result as it was written."""
 
+    navigator: Navigator
     inputs: DecisionInputs
     written: dict[str, Any]
     versions: str  # of the packages and the machine that wrote it
@@ -213,7 +212,7 @@ class DecisionFile(NamedTuple):
         """
         made = self.inputs
         before = made.previous and _decision(made.previous)
-        decision = made.navigator.decide(
+        decision = self.navigator.decide(
             made.state,
             made.obstacles,
             made.goal,
@@ -242,7 +241,8 @@ def read_decision(path: Path | str) -> DecisionFile:
         raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES)) from None
     try:
         versions = ", ".join(f"{name} {version}" for name, version in spec.versions.items())
-        return DecisionFile(_inputs(spec), content["decision"], versions)
+        navigator = _navigator(spec.navigator)
+        return DecisionFile(navigator, _inputs(spec, navigator), content["decision"], versions)
     except SlalomError as error:
         raise InvalidFile([f"{path}: {error}"]) from None
 
@@ -258,9 +258,9 @@ def _json(path: Path) -> Any:
         raise InvalidFile([f"{path}: expected JSON, found a mistake: {error}"]) from None
 
 
-def _inputs(spec: DecisionSpec) -> DecisionInputs:
+def _inputs(spec: DecisionSpec, navigator: Navigator) -> DecisionInputs:
     return DecisionInputs(
-        navigator=_navigator(spec.navigator),
+        navigator=navigator,
         state=_state(spec.state),
         obstacles=tuple(_source(one, f"obstacles[{k}]") for k, one in enumerate(spec.obstacles)),
         goal=None if spec.goal is None else spec.goal.build(),
@@ -284,15 +284,9 @@ def _navigator(spec: NavigatorSpec) -> Navigator:
             tuple(bound.build() for bound in spec.limits.acceleration_bounds),
             tuple(bound.build() for bound in spec.limits.bounds),
         ),
-        period=spec.period,
-        horizon=spec.horizon,
-        margin=spec.margin,
-        holds=tuple(spec.holds),
-        patience=spec.patience,
+        **{name: getattr(spec, name) for name in _Values.model_fields},
         objective=spec.objective.build(),
         horizons=None if spec.horizons is None else spec.horizons.build(),
-        detours=tuple(spec.detours),
-        stuck_after=spec.stuck_after,
         risk=Risk(np.inf if spec.risk.loss is None else spec.risk.loss, spec.risk.likely),
     )
 

@@ -11,6 +11,7 @@ from ruamel.yaml import YAML
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import file_keys, kind_of
 from slalom.decision.objective import OBJECTIVES
+from slalom.decision.settings import NUMBERS
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
@@ -46,8 +47,8 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
                 f"{name}: expected {default[name].default:g} in a file, found {getattr(scenario, name):g}"
             )
     content: dict[str, Any] = {"name": scenario.name}
-    content |= {name: float(getattr(scenario, name)) for name in ("start", "duration", "dt", "horizon", "margin")}
-    content |= {name: float(getattr(scenario, name)) for name in ("replan", "patience")}
+    numbers = dict.fromkeys(("start", "duration", "dt", "horizon", "margin", "replan", *NUMBERS))
+    content |= {name: float(getattr(scenario, name)) for name in numbers}
     content |= {name: float(getattr(scenario, name)) for name in SIGHT if getattr(scenario, name)}
     content |= {} if scenario.guided else {"guided": False}
     content["holds"] = [float(hold) for hold in scenario.holds]

@@ -22,7 +22,8 @@ from pydantic_core import core_schema
 
 from slalom.base.checks import did_you_mean, shown, vectors
 from slalom.base.errors import InvalidInput
-from slalom.decision.methods import HOLDS, method
+from slalom.decision.methods import method
+from slalom.decision.settings import SharedSettings
 from slalom.io.formats import FORMATS
 from slalom.model.goal import Goal
 from slalom.model.limits import HalfSpace
@@ -46,6 +47,7 @@ from slalom.sim.files.parts import (
     TrajectoryModel,
     UncertaintyModel,
     Vector,
+    model_of_settings,
 )
 from slalom.sim.files.patterns import GOALS, LAYOUTS, generator
 from slalom.sim.files.yaml_errors import YAML_VALUES, Mistakes
@@ -446,8 +448,8 @@ def _overrides(
 # Model of a scenario file.
 
 
-class ScenarioSpec(Model):
-    """A scenario file."""
+class WorldSpec(Model):
+    """The robots, the obstacles and the times of a scenario file."""
 
     name: str = ""
     robot: RobotSpec | None = None
@@ -458,18 +460,6 @@ class ScenarioSpec(Model):
     duration: Positive = 60.0
     dt: Positive = 0.1
     replan: NotNegative = 0.0
-    horizon: Positive = 6.0
-    margin: NotNegative = 0.05
-    patience: NotNegative = 0.01
-    guided: bool = True
-    holds: list[Positive] = Field(default_factory=lambda: list(HOLDS), min_length=1)
-    sight_range: NotNegative = 0.0
-    field_of_view: NotNegative = 0.0
-    sight_near: NotNegative = 0.0
-    occlusion: NotNegative = 0.0
-    hidden_speed: NotNegative = 0.0
-    passive_safety: NotNegative = 0.0
-    period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
 
     @field_validator("robots")
     @classmethod
@@ -478,3 +468,20 @@ class ScenarioSpec(Model):
         if "robot" in info.data and (robots is None) == (info.data["robot"] is None):
             raise InvalidInput(f"expected either this key or robot, found {'neither' if robots is None else 'both'}")
         return robots
+
+
+_Decided: Any = model_of_settings("_Decided", SharedSettings, WorldSpec)
+"""The same with the settings of decisions."""
+
+
+class ScenarioSpec(_Decided):  # type: ignore[misc]  # derived
+    """A scenario file."""
+
+    guided: bool = True
+    sight_range: NotNegative = 0.0
+    field_of_view: NotNegative = 0.0
+    sight_near: NotNegative = 0.0
+    occlusion: NotNegative = 0.0
+    hidden_speed: NotNegative = 0.0
+    passive_safety: NotNegative = 0.0
+    period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None

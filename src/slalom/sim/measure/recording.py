@@ -14,6 +14,7 @@ import numpy as np
 from slalom.base.checks import Array, array, array_of, positive, short, shown, whole
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
 from slalom.base.registry import Kind, Registry
+from slalom.decision.settings import NUMBERS
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -182,7 +183,7 @@ CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
 Which = int | str | None
 """A robot of a recording: its number, its name, or None for the only one."""
-DECIDING = ("dt", "replan", "horizon", "margin", "patience", "guided")
+DECIDING = ("dt", "replan", *NUMBERS, "guided")
 """Names of the settings of a scenario on which decisions depend."""
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""

@@ -12,7 +12,6 @@ from slalom.decision.methods import Method
 from slalom.decision.tables import target_paths
 from slalom.fleet.fleet import CommittedFleet
 from slalom.fleet.guidance import Guidance
-from slalom.fleet.observation import decide_by_sight
 from slalom.fleet.settings import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
@@ -92,17 +91,14 @@ class FleetDecider:
             names=[robot.name for robot in robots],
             obstacles=scenario.obstacles,
             period=self.period,
-            horizon=scenario.horizon,
-            margin=[scenario.margin if robot.margin is None else robot.margin for robot in robots],
             priority=[robot.priority for robot in robots],
             world_period=scenario.period,
-            holds=scenario.holds,
-            patience=scenario.patience,
             observation_delay=scenario.sight_delay,
             observation_noise=scenario.sight_noise,
             sight=scenario.sight,
             threads=threads,
             guided=False,  # `guidance` has the targets
+            **scenario.shared | {"margin": [scenario.margin_of(k) for k in range(len(robots))]},
         )
         methods = [policy.method for policy in fleet.policies]
         self.messages = next(filter(None, (messages_of(scenario, each, seed) for each in methods)), None)
@@ -151,7 +147,7 @@ class FleetDecider:
                 bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, now))
             for some, settings in self._turns(policy, due, now):
                 if fleet.observers:
-                    outcomes |= decide_by_sight(fleet, policy, some, settings, fleet.obstacles)
+                    outcomes |= fleet.decide_by_sight(policy, some, settings, fleet.obstacles)
                 else:
                     outcomes |= fleet.decide(some, settings, bodies, fleet.obstacles)
         each = (self._sensing_time + perf_counter() - before) / max(len(order), 1)
