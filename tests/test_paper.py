@@ -198,7 +198,7 @@ def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
     assert re.findall(r": `(\w+)`$", text, re.M) == list(ENTRIES)
     assert text == page(list(ENTRIES), work.read_results(folder), False, "images/paper/")
     assert all((folder / f"{name}.svg").exists() for name, entry in ENTRIES.items() if entry.draw or entry.plot)
-    assert work.read_results(folder)["sweep"]["seeds"] == 300
+    assert work.read_results(folder)["sweep"]["seeds"] == 100
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -499,17 +499,36 @@ def test_the_study_of_fleets_is_complete() -> None:
     assert found.title
     assert found.text
     rows = [*found.rows, *found.left_out]
-    assert len(rows) == 49
+    assert len(rows) == 74
     assert {row.scenario for row in rows} >= {"circle", "ring", "doorway", "navground_cross", "crowdnav"}
-    assert [row.seeds for row in rows if "cadrl_" in row.scenario] == [50, 50]
+    assert [row.seeds for row in rows if "cadrl_" in row.scenario] == [50, 50, 50, 50]
     beside: dict[str, set[str]] = {}
     for row in rows:
-        settings = {name: value for name, value in row.settings.items() if name != "margin"}
+        settings = {name: value for name, value in row.settings.items() if name not in ("margin", "guided")}
         alone = settings.get("noise") == 0 or settings.get("robots") == 250 or row.scenario in REPEATING
         beside.setdefault(f"{row.scenario} {settings}", {"orca"} if alone else set()).update(row.methods)
     for where, methods in beside.items():
         assert {"nao_shared", "nao_ahead"} & methods, where
         assert {"orca", "navground_orca"} & methods, where
+
+
+@pytest.mark.parametrize("name", ["fleets", "planners"])
+def test_a_row_without_guidance_is_beside_one_with_it(name: str) -> None:
+    """With the same settings but those that were searched, and the same methods."""
+    study = read_study(FLEETS.with_name(f"{name}.yaml"))
+    searched = ("guided", "horizon", "patience", "margin") if name == "planners" else ("guided",)
+    rows = [*study.rows, *study.left_out]
+
+    def found(guided: bool) -> set[tuple[str, frozenset[tuple[str, float]], str]]:
+        return {
+            (row.name, frozenset((key, row.settings[key]) for key in row.settings.keys() - {*searched}), str(method))
+            for row in rows
+            for method in row.methods
+            if (row.settings.get("guided", 1.0) > 0.0) == guided
+        }
+
+    assert found(guided=False)
+    assert found(guided=False) <= found(guided=True)
 
 
 def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:

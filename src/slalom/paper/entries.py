@@ -31,19 +31,19 @@ class Effort(NamedTuple):
         quick: coarse grids and short runs: for tests, not for publication.
     """
 
-    seeds: int = 300
+    seeds: int = 100
     jobs: int = 2
     quick: bool = False
 
     @property
     def full_runs(self) -> int:
-        """Seeds for slalom's navigator, whose runs take about a hundred times as long."""
-        return max(1, self.seeds // 15)
+        """Seeds for slalom's navigator, which has many decisions in a run: 20 of 100."""
+        return max(1, self.seeds // 5)
 
     @property
     def fleet_runs(self) -> int:
-        """Seeds for runs of several robots, each of which decides at every step with its own navigator."""
-        return max(1, self.seeds // 100)
+        """Seeds for runs of several robots, each of which decides at every step with its own navigator: 3 of 100."""
+        return max(1, self.seeds // 33)
 
 
 class Entry(NamedTuple):
@@ -188,7 +188,7 @@ _CLAIMS: Final = (
         lambda effort, advance: claims_crossing.measure(effort.seeds, effort.jobs, effort.quick, advance),
         "One acceleration chosen on the NAO map at the beginning crosses the roundabout without a collision.",
         "How often such an acceleration exists, and how often the first choice, if held, collides.",
-        40.0,
+        25.0,
     ),
     _claim(
         "sweep",
@@ -204,7 +204,7 @@ _CLAIMS: Final = (
         "AO and NAO account for the constraints of the robot's dynamics better than the NLVO can.",
         "Acceleration and jerk of slalom's navigator with each method in the same roundabout, all limited to 4 m/s² "
         "and 8 m/s. Is motion smoother if accelerations are chosen instead of velocities?",
-        60.0,
+        25.0,
     ),
     _claim(
         "cone",
@@ -219,7 +219,7 @@ _CLAIMS: Final = (
         "Oscillations between robots come from inconsistent selection, not from velocity obstacles themselves.",
         "Robots that all use the same method swap positions on a circle, with the same obstacles and four ways of "
         "selection. How often do they change the passing side, the heading and the chosen manoeuvre?",
-        270.0,
+        20.0,
         oscillation.figure,
     ),
 )
