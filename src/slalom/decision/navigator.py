@@ -1,7 +1,23 @@
 """Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape.
 
-The path of `Navigator.decide`: a `Request`, the window of predicted obstacles, the tables of `PolicyTables.decision`,
-`kernels.decide_all`, and a `Decision`. Where it has none: `Navigator.fall_back`.
+The path of one decision, stage by stage:
+
+    Navigator.decide              checks its input                                decision/navigator.py
+      ObstacleWindow.predicted    obstacles on predicted trajectories             obstacle/window.py
+        forecast                  predictions                                     forecast/
+        pieces                    trajectories cut into cubic pieces              obstacle/pieces.py
+      PolicyTables.decision       robot, bodies, responses and bounds as tables   decision/policy_tables.py, tables.py
+      kernels.decide_all          the policy                                      kernels/decision/policy.py
+        optimistic_costs          preferred control and cost of each response     kernels/decision/costs.py
+        keep_committed            whether the present manoeuvre is kept           kernels/decision/policy.py
+        obstacle_pieces           bodies in reach, grown by the robot and margin  kernels/decision/bodies.py
+        best_response             the cheapest exact choice of all responses      kernels/decision/policy.py
+          preferred_is_free       a direct test of the preferred control          kernels/decision/motion_clear.py
+          relative_motion         segments on which controls collide              kernels/decision/response_motion.py
+          nearest_free            the nearest control outside of them             kernels/selection/exchange.py
+        latest_collision          the choice where every manoeuvre collides       kernels/decision/policy.py
+      fall_back                   where no control is safe, or bodies overlap     decision/fallback.py
+      Decision                    manoeuvre, outcome, and a report on request     decision/decision.py
 """
 
 from dataclasses import dataclass, replace
