@@ -85,7 +85,8 @@ SCENARIOS: Sequence[tuple[str, Mapping[str, float], Sequence[str]]] = (
 """Scenarios, settings and baselines of benchmarks/planners.yaml. Peers are never guided.
 
 The settings of vo in roundabout_crossing are those of README, see --all. Among eight or more robots a run of a SLOW
-peer takes up to 13 s, and a search 20 minutes; they have the settings that were found for two robots on a circle.
+peer takes up to 13 s, and a search 20 minutes. Rows there have the present settings, and those found for two robots on
+a circle.
 """
 
 

@@ -1,4 +1,4 @@
-"""A newcomer's first hour: from an empty folder and the wheel alone, everything that README and "get started" show."""
+"""A newcomer's first hour: from an empty folder and the wheel alone, everything that README and first pages show."""
 
 import os
 import re
@@ -108,18 +108,21 @@ def said(words: list[str], folder: Path, installed: Path) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("page", "stated"), [("README.md", 4), ("docs/start.md", 6)])
+@pytest.mark.parametrize(
+    ("page", "shows", "stated"),
+    [("README.md", 4, 2), ("docs/start.md", 8, 6), ("docs/library.md", 4, 2), ("docs/commands.md", 16, 0)],
+)
 def test_everything_that_is_shown_runs_and_prints_what_the_page_says(
-    page: str, stated: int, installed: Path, tmp_path: Path
+    page: str, shows: int, stated: int, installed: Path, tmp_path: Path
 ) -> None:
     """In order, in one folder that was empty; files that one command writes are there for the next."""
     parts = list(shown(ROOT / page))
-    assert sum(len(part.texts) for part in parts) >= 8
+    assert sum(len(part.texts) for part in parts) >= shows
     assert sum(part.stated is not None for part in parts) >= stated
     namespace, before = "", ""
     for part in parts:
         if part.kind == "python":
-            # Blocks of "get started" follow each other; those of README run alone.
+            # Blocks of "get started" follow each other; those of other pages run alone.
             namespace = namespace + part.texts[0] if page.endswith("start.md") else part.texts[0]
             done = run([sys.executable, "-c", namespace], tmp_path, installed)
             assert done.returncode == 0, done.stderr

@@ -3,7 +3,7 @@
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path, Path as FilePath
 from typing import Any, Final, NamedTuple
@@ -13,6 +13,7 @@ import numpy as np
 
 from slalom.base.checks import Array, array, array_of, positive, short, shown, whole
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
+from slalom.base.registry import Kind, Registry
 from slalom.decision.settings import NUMBERS
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
@@ -188,6 +189,12 @@ NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|inf|nan)(?!\w)")
 """A number in the text of a response."""
 
 
+VIEWS: Final = Registry[Callable[[Any], str]](
+    "slalom.views", Kind(callable, "a function from a recording to a page of HTML"), {}
+)
+"""What notebooks show of a recording, under the name `recording`."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """A run of N robots over T steps.
@@ -341,12 +348,9 @@ class Recording:
         """
         return to_pandas(self)
 
-    def _repr_html_(self) -> str:
-        """Return the view of the run for notebooks, at most about 1.5 MB."""
-        # The one import upwards, named in the contract of layers: a notebook calls `_repr_html_` of the recording.
-        from slalom.live.notebook import shown
-
-        return shown(self)
+    def _repr_html_(self) -> str | None:
+        """Return the view of the run for notebooks, at most about 1.5 MB; None if no installed package has one."""
+        return VIEWS["recording"](self) if "recording" in VIEWS else None
 
     def save(self, path: FilePath | str) -> None:
         """Write an HDF5 file, with navground's group and attribute names if they exist.
