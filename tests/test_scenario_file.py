@@ -297,7 +297,7 @@ IN_ROBOT = (
     "acceleration_bounds, bounds, objective, position, goal"
 )
 AT_TOP = (
-    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, guided, holds, "
+    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, guided, "
     "sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
 )
 IN_RECORDING = (
