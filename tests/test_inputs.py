@@ -70,6 +70,7 @@ from slalom import (
     LookAhead,
     Manoeuvre,
     Method,
+    MissingExtra,
     Mix,
     MostClearance,
     Navigator,
@@ -102,6 +103,7 @@ from slalom import (
     view,
 )
 from slalom.base import checks
+from slalom.base.extras import require
 from slalom.cli import console
 from slalom.io import polynomials, table
 from slalom.io.formats import format_of, read_recording, write_recording
@@ -408,6 +410,12 @@ def long_table(folder: Path) -> object:
     (folder / "a.csv").write_text(ROW)
     with patch("slalom.io.table.MAX_ROWS", 1):
         return read_recording(folder / "a.csv")
+
+
+def without_recordings(_: Path) -> object:
+    """The simulator where h5py is not installed."""
+    with patch.dict("sys.modules", {"h5py": None}):
+        return require("sim", "here")
 
 
 def without_pyrvo(_: Path) -> object:
@@ -2304,9 +2312,9 @@ CASES = [
     ),
     # Peers.
     Case(
-        "imported",
-        InvalidInput,
-        r"expected the package nowhere, .* found No module named 'nowhere'; install it: pip install 'slalom\[peers\]'",
+        "Extra.__exit__",
+        MissingExtra,
+        r"method: expected the packages of `pip install 'slalom\[peers\]'`, found no nowhere$",
         lambda _: peers.crowd.imported("nowhere"),
     ),
     Case(
@@ -2401,9 +2409,9 @@ CASES = [
         lambda _: build("crowdnav", {"people": 60}),
     ),
     Case(
-        "_orca",
-        InvalidInput,
-        r"crowdnav: expected the package pyrvo, which moves the people; found none: pip install 'slalom\[peers\]'",
+        "Extra.__exit__",
+        MissingExtra,
+        r"crowdnav: expected the packages of `pip install 'slalom\[peers\]'`, found no pyrvo$",
         without_pyrvo,
     ),
     # Recordings.
@@ -2745,8 +2753,8 @@ CASES = [
         ),
     ),
     Case(
-        "_imported",
-        InvalidInput,
+        "Extra.__exit__",
+        MissingExtra,
         r"numpy\.pandas: expected the packages of `pip install 'slalom\[data\]'`, found no numpy\.pandas",
         lambda _: _imported("numpy.pandas"),
     ),
@@ -2832,7 +2840,11 @@ CASES = [
         "print_line", InvalidFile, r"stdout: expected output that can be written, found no space left", on_a_full_disk
     ),
 ]
-CASES += [Case(where, InvalidInput, message, call) for where, message, call in REFUSALS]
+CASES += [
+    Case(where, MissingExtra if where == "Extra.__exit__" else InvalidInput, message, call)
+    for where, message, call in REFUSALS
+]
+CASES.append(Case("require", MissingExtra, r"^here: .*slalom\[sim\]'`, found no h5py$", without_recordings))
 CASES += [Case(where, InvalidFile, message, call) for where, message, call in BAGS]
 
 

@@ -78,7 +78,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         *("Objective", "Aim", "Arrive", "FollowVelocity", "FollowAcceleration", "KeepAcceleration", "Mix"),
         *("MostClearance", "preferred_control"),
     ),
-    "Errors": ("SlalomError", "InvalidInput", "InvalidFile", "OutsideSpan"),
+    "Errors": ("SlalomError", "InvalidInput", "InvalidFile", "MissingExtra", "OutsideSpan"),
 }
 """Public names of slalom by section; `api` refuses to leave one out."""
 MODULES: Final[Mapping[str, tuple[str, ...]]] = {

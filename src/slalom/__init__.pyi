@@ -6,6 +6,7 @@ from . import io as io, peers as peers, sim as sim, vehicle as vehicle, view as 
 from .base.errors import (
     InvalidFile as InvalidFile,
     InvalidInput as InvalidInput,
+    MissingExtra as MissingExtra,
     OutsideSpan as OutsideSpan,
     SlalomError as SlalomError,
 )
