@@ -12,7 +12,7 @@ def main() -> None:
         with Extra("sim", "slalom"):
             from slalom.cli import main as run
     except MissingExtra as error:
-        print(error, file=sys.stderr)
+        sys.stderr.write(f"{error}\n")
         sys.exit(2)
     run()
 
