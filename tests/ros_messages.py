@@ -133,7 +133,7 @@ FRAMES = Frames("odom")
 PERIODS = Navigator(method("nao"), Disc(0.3), Limits(1.0, 1.0), period=0.2)
 OF_ADAPTERS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("setpoint", r"decision: expected one in space, found dimension 2", in_the_plane),
-    ("replay", r"ros: .*slalom\[ros\]", without_rosbags),
+    ("Extra.__exit__", r"ros: .*slalom\[ros\]", without_rosbags),
     ("_taken", r"topics: expected some of /a; found /b", lambda _: bag._taken({"/a": bag.ODOMETRY}, ["/b"])),
     ("_taken", r"topics: expected some with nav_.*; found x/msg/Y", lambda _: bag._taken({"/a": "x/msg/Y"}, ["/a"])),
     (

@@ -70,6 +70,7 @@ from slalom import (
     LookAhead,
     Manoeuvre,
     Method,
+    MissingExtra,
     Mix,
     MostClearance,
     Navigator,
@@ -102,6 +103,7 @@ from slalom import (
     view,
 )
 from slalom.base import checks
+from slalom.base.extras import require
 from slalom.cli import console
 from slalom.io import polynomials, table
 from slalom.io.formats import format_of, read_recording, write_recording
@@ -133,7 +135,6 @@ from slalom.sim.measure.tidy_table import _imported, write_table
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
 from slalom.sim.sweep.store import Shard, Store, _Former, _refuse_another
 from slalom.sim.sweep.study import named
-from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 from slalom.view.control_space import admissible_region
 
 SOURCES = Path(slalom.__file__).parent
@@ -409,6 +410,12 @@ def long_table(folder: Path) -> object:
     (folder / "a.csv").write_text(ROW)
     with patch("slalom.io.table.MAX_ROWS", 1):
         return read_recording(folder / "a.csv")
+
+
+def without_recordings(_: Path) -> object:
+    """The simulator where h5py is not installed."""
+    with patch.dict("sys.modules", {"h5py": None}):
+        return require("sim", "here")
 
 
 def without_pyrvo(_: Path) -> object:
@@ -1377,51 +1384,6 @@ CASES = [
         r"half_angle: expected at most pi / 2, found 2",
         lambda _: HeadingCone(2.0),
     ),
-    # Vehicles.
-    Case("vector", InvalidInput, r"position: expected 2 numbers", lambda _: Vehicle((0, 0, 0), 0, 1)),
-    Case("not_negative", InvalidInput, r"speed: expected 0 or more, found -1", lambda _: Vehicle((0, 0), 0, -1)),
-    Case(
-        "Bicycle.__post_init__",
-        InvalidInput,
-        r"max_steering: expected less than pi / 2, found 2",
-        lambda _: Bicycle(1, 2),
-    ),
-    Case(
-        "_motion_bounds",
-        InvalidInput,
-        r"min_speed: expected a speed .* less than about a third .* 0.1 s at 1 m/s\^2, found 0.1",
-        lambda _: Bicycle(1, 1).tracking_error(LIMITS, 0.1, 0.1),
-    ),
-    Case(
-        "Bicycle.turning_radius",
-        InvalidInput,
-        r"max_steering: expected more than feedback needs at 0.5 m/s, found 0.01",
-        lambda _: Bicycle(1, 0.01).turning_radius(LIMITS, 0.1, 0.5),
-    ),
-    Case(
-        "Bicycle.command",
-        InvalidInput,
-        r"speed: expected a bicycle that moves, found 0 now and 0 next",
-        lambda _: Bicycle(1, 1).step(Vehicle((0, 0), 0, 0), State((0, 0), (0, 0)), np.zeros(2), 0.1),
-    ),
-    Case(
-        "Bicycle.command",
-        InvalidInput,
-        r"steering: expected at most 0.1, found that 0.7\d* is needed",
-        lambda _: Bicycle(1, 0.1).step(Vehicle.on(FLAT), FLAT, np.array([0.0, 1.0]), 0.1),
-    ),
-    Case(
-        "DifferentialDrive.tracking_error",
-        InvalidInput,
-        r"max_wheel_speed: expected at least 2.\d+, which tracking may need, found 2",
-        lambda _: DifferentialDrive(0.5, 2).tracking_error(LIMITS, 0.1, 1.0),
-    ),
-    Case(
-        "DifferentialDrive.command",
-        InvalidInput,
-        r"wheel: expected at most 1 m/s, found that 1.\d+ is needed",
-        lambda _: DifferentialDrive(0.5, 1).step(Vehicle.on(FLAT), FLAT, np.array([0.0, 1.0]), 0.1),
-    ),
     Case(
         "Circular.__post_init__",
         InvalidInput,
@@ -2350,9 +2312,9 @@ CASES = [
     ),
     # Peers.
     Case(
-        "imported",
-        InvalidInput,
-        r"expected the package nowhere, .* found No module named 'nowhere'; install it: pip install 'slalom\[peers\]'",
+        "Extra.__exit__",
+        MissingExtra,
+        r"method: expected the packages of `pip install 'slalom\[peers\]'`, found no nowhere$",
         lambda _: peers.crowd.imported("nowhere"),
     ),
     Case(
@@ -2447,9 +2409,9 @@ CASES = [
         lambda _: build("crowdnav", {"people": 60}),
     ),
     Case(
-        "_orca",
-        InvalidInput,
-        r"crowdnav: expected the package pyrvo, which moves the people; found none: pip install 'slalom\[peers\]'",
+        "Extra.__exit__",
+        MissingExtra,
+        r"crowdnav: expected the packages of `pip install 'slalom\[peers\]'`, found no pyrvo$",
         without_pyrvo,
     ),
     # Recordings.
@@ -2791,8 +2753,8 @@ CASES = [
         ),
     ),
     Case(
-        "_imported",
-        InvalidInput,
+        "Extra.__exit__",
+        MissingExtra,
         r"numpy\.pandas: expected the packages of `pip install 'slalom\[data\]'`, found no numpy\.pandas",
         lambda _: _imported("numpy.pandas"),
     ),
@@ -2878,7 +2840,11 @@ CASES = [
         "print_line", InvalidFile, r"stdout: expected output that can be written, found no space left", on_a_full_disk
     ),
 ]
-CASES += [Case(where, InvalidInput, message, call) for where, message, call in REFUSALS]
+CASES += [
+    Case(where, MissingExtra if where == "Extra.__exit__" else InvalidInput, message, call)
+    for where, message, call in REFUSALS
+]
+CASES.append(Case("require", MissingExtra, r"^here: .*slalom\[sim\]'`, found no h5py$", without_recordings))
 CASES += [Case(where, InvalidFile, message, call) for where, message, call in BAGS]
 
 
@@ -3009,8 +2975,6 @@ ANYWHERE = {
     ),
     "a box of another dimension": lambda: decide(limits=Limits(2, 1, bounds=(Box((1, 1, 1)),))),
     "a heading of another dimension": lambda: decide(limits=Limits(2, 1, bounds=(HeadingCone(1, (1, 0, 0)),))),
-    "a vehicle in space": lambda: Vehicle.on(SPACE),
-    "a period of 0": lambda: Bicycle(1, 1).tracking_error(LIMITS, 0.0, 1.0),
     "a robot of another dimension": lambda: decide(obstacles=(), robot=Ball(1)),
     "obstacles of two dimensions": lambda: decide(obstacles=(ROCK, BALLOON)),
     "a time of decision that is not a number": lambda: navigator().decide(FLAT, [ROCK], GOAL, now=NAN),

@@ -120,6 +120,22 @@ def test_the_point_of_a_drive_stays_within_its_bound_of_the_plan(name: str) -> N
     assert 0.01 * bound <= worst <= bound
 
 
+@pytest.mark.parametrize("name", DRIVES)
+def test_errors_of_a_drive_are_gone_after_two_periods(name: str) -> None:
+    """The feedback is deadbeat: of errors in position, heading and speed only the displacement of a period is left."""
+    drive, h = DRIVES[name], DRIVES[name].period
+    speed = 0.5 * drive.limits.max_speed
+    decision = planned(State((drive.lever, 0.0), (speed, 0.0)), np.zeros(2), h, 0.0)
+    size = 0.1 * drive.feedback * h * h
+    pose, off = Pose((size, -size), 0.1 * size, speed + 0.1 * size / h), []
+    for k in range(8):
+        off.append(np.linalg.norm(point_of(drive, pose) - decision.manoeuvre.position(k * h)))
+        pose = drive.drive(pose, drive.command(pose, decision, k * h))
+    assert off[0] > size
+    assert off[2] < 0.05 * size
+    assert off[-1] < 1e-3 * size
+
+
 @pytest.mark.parametrize("name", BICYCLES)
 def test_the_point_of_a_bicycle_stays_within_its_bound_for_a_period(name: str) -> None:
     """Accelerations that the limits of the point admit, from rest on; against Runge-Kutta."""

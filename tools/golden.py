@@ -26,7 +26,6 @@ from slalom.io.table import sample_data
 from slalom.peers import contender
 from slalom.sim import Recording, Robot, Scenario, compare, gallery, read_scenario, simulate
 from slalom.sim.measure.metrics import METRICS
-from slalom.tracking import Bicycle, DifferentialDrive, Vehicle
 
 ROOT = Path(__file__).parents[1]
 FILE = Path(__file__).with_name("golden.json")
@@ -370,25 +369,6 @@ def deviating_decisions() -> tuple[Found, Counter[str]]:
     return {"deviating decisions": digest(*found)}, outcomes
 
 
-def vehicles() -> Found:
-    """A differential drive and a bicycle that follow a weaving reference, and their proven bounds."""
-    limits, dt, found = slalom.Limits(3.0, 2.0), 0.1, []
-    for drive in (Bicycle(wheelbase=1.0, max_steering=0.6), DifferentialDrive(track=0.5, max_wheel_speed=6.0)):
-        found += [drive.tracking_error(limits, dt, 1.0)]
-        state = slalom.State((0.0, 0.0), (2.0, 0.0))
-        body = Vehicle.on(state)
-        for k in range(50):
-            acceleration = np.array([0.3 * np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)])
-            body = drive.step(body, state, acceleration, dt)
-            state = slalom.State(
-                state.position + dt * state.velocity + 0.5 * dt * dt * acceleration,
-                state.velocity + dt * acceleration,
-                acceleration,
-            )
-            found += [body.position, body.heading, body.speed]
-    return {"vehicles": digest(*found)}
-
-
 def studies() -> Found:
     """Tables of methods over seeds, without what the clock says."""
     table = compare("head_on", ["vo", "nao"], seeds=2)
@@ -449,7 +429,7 @@ def all_digests(processes: int) -> Found:
     jobs: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [*runs()]
     jobs += [(choices, (k, k + 50)) for k in range(0, 300, 50)] + [(boundaries, (k, k + 25)) for k in range(0, 100, 25)]
     jobs += [(clearest_and_many, ()), (bounded_decisions, ()), (several_futures, ()), (deviating_decisions, ())]
-    jobs += [(vehicles, ()), (studies, ())]
+    jobs += [(studies, ())]
     found: Found = {}
     seen: Counter[str] = Counter()
     with portable.processes(processes) as pool:

@@ -37,6 +37,34 @@ SMOKE = (
 )
 """Exit codes and words of commands."""
 
+CORE = """
+import sys
+
+import numpy as np
+
+import slalom
+from slalom import *
+
+assert "sim" not in slalom.__all__ and "view" not in dir(slalom)
+rock = Obstacle(Disc(0.5), Stationary((4.0, 0.1)))
+robot = Navigator(method("nao"), Disc(0.4), Limits(2.0, 2.0))
+decision = robot.decide(State((0.0, 0.0), (1.0, 0.0)), [rock], Goal(Stationary((8.0, 0.0))))
+assert decision.safe
+places = np.array([(-3.0, 0.0), (3.0, 0.0)])
+fleet = Fleet(method("nao_shared"), Disc(0.3), Limits(2.0, 2.0), robots=2)
+assert np.isfinite(fleet.step(0.0, places, 0.0 * places, -places).accelerations).all()
+for name in ("sim", "view"):
+    try:
+        __import__(f"slalom.{name}")
+    except MissingExtra as error:
+        assert f"`pip install 'slalom[{name}]'`" in str(error), error
+    else:
+        sys.exit(f"slalom.{name}: expected MissingExtra, found none")
+"""
+"""Use of an installation without extras: it decides, moves a fleet, and names what is missing."""
+NO_COMMAND = "slalom: expected the packages of `pip install 'slalom[sim]'`, found no "
+"""What the command says without extras."""
+
 
 class Failed(SystemExit):
     """A check that did not hold; its text is printed, and the exit code is 1."""
@@ -108,18 +136,26 @@ def interpreters() -> dict[str, str]:
 
 
 def check_installed(python: str, wheel: Path, folder: Path) -> None:
-    """Install the wheel into a clean environment and use it there."""
+    """Install the wheel into a clean environment, without extras and with all, and use it there."""
     environment, other = folder / "environment", folder / "elsewhere"
     required([python, "-m", "venv", environment])
-    pip = [environment / "bin" / "python", "-m", "pip", "--disable-pip-version-check"]
-    required([*pip, "install", "--quiet", wheel])
-    print(f"  {required([*pip, 'check']).strip()}")
+    program = environment / "bin" / "python"
+    pip = [program, "-m", "pip", "--disable-pip-version-check"]
     other.mkdir()
     settings = {"PATH": os.defpath, "HOME": "/nonexistent", "PYTHONDONTWRITEBYTECODE": "1", "MPLCONFIGDIR": str(other)}
+    cache = {"NUMBA_CACHE_DIR": str(other / "kernels")}
+    required([*pip, "install", "--quiet", wheel])
+    print(f"  without extras: {required([*pip, 'check']).strip()}")
+    required([program, "-c", CORE], cwd=other, env=settings | cache)
+    command = run([environment / "bin" / "slalom", "--version"], cwd=other, env=settings)
+    if command.returncode != 2 or not re.fullmatch(re.escape(NO_COMMAND) + r"\w+\n", command.stderr):
+        raise Failed(f"slalom: expected {NO_COMMAND}..., found {command.returncode}\n{command.stderr}")
+    required([*pip, "install", "--quiet", f"{wheel}[all]"])
+    print(f"  with all: {required([*pip, 'check']).strip()}")
     with read_only(environment) as prefix:
         for code, words in SMOKE:
             # One command compiles in memory, as where no folder can be written; the others keep what they compile.
-            kept = {} if words[0] == "decide" else {"NUMBA_CACHE_DIR": str(other / "kernels")}
+            kept = {} if words[0] == "decide" else cache
             done = run([*prefix, environment / "bin" / "slalom", *words], cwd=other, env=settings | kept)
             if done.returncode != code or not (done.stdout or code):
                 said = f"found {done.returncode}\n{done.stdout}{done.stderr}"

@@ -78,7 +78,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         *("Objective", "Aim", "Arrive", "FollowVelocity", "FollowAcceleration", "KeepAcceleration", "Mix"),
         *("MostClearance", "preferred_control"),
     ),
-    "Errors": ("SlalomError", "InvalidInput", "InvalidFile", "OutsideSpan"),
+    "Errors": ("SlalomError", "InvalidInput", "InvalidFile", "MissingExtra", "OutsideSpan"),
 }
 """Public names of slalom by section; `api` refuses to leave one out."""
 MODULES: Final[Mapping[str, tuple[str, ...]]] = {
@@ -93,7 +93,7 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
 """Public names of modules; all of `__all__` where none are named."""
 HOMES: Final = {"METHODS": "slalom.decision.methods", "FORESIGHTS": "slalom.forecast.forecast"}
 """Modules of public names that are neither classes nor functions."""
-OWN_PAGES: Final = {"io", "peers", "sim", "tracking", "vehicle", "view"}
+OWN_PAGES: Final = {"io", "peers", "sim", "vehicle", "view"}
 """Public modules of slalom, which are documented in places of their own."""
 
 

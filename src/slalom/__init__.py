@@ -6,10 +6,18 @@ to the preferred one that collides with nothing. `Navigator` turns choices into 
 records and measures; `slalom.view` draws.
 
 The public names are in the stub beside this file. They are imported on first use: the command line starts
-without numpy, `slalom.Disc` without numba.
+without numpy, `slalom.Disc` without numba. `slalom.sim` and `slalom.view` are extras, and no public names where their
+packages are not installed.
 """
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+from slalom.base.extras import MODULES, first_missing
+
+__getattr__, _, _names = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [name for name in _names if name not in MODULES or first_missing(name) is None]
 __version__ = "0.2.0"
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

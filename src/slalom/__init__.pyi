@@ -2,10 +2,11 @@
 
 __version__: str
 
-from . import io as io, peers as peers, sim as sim, tracking as tracking, vehicle as vehicle, view as view
+from . import io as io, peers as peers, sim as sim, vehicle as vehicle, view as view
 from .base.errors import (
     InvalidFile as InvalidFile,
     InvalidInput as InvalidInput,
+    MissingExtra as MissingExtra,
     OutsideSpan as OutsideSpan,
     SlalomError as SlalomError,
 )

@@ -1,6 +1,21 @@
-"""`python -m slalom` is the command line."""
+"""The command `slalom`, also `python -m slalom`: the command line, if its extra is installed."""
 
-from slalom.cli import main
+import sys
+
+from slalom.base.errors import MissingExtra
+from slalom.base.extras import Extra
+
+
+def main() -> None:
+    """Run the command line and exit; without its packages, name the extra with exit code 2."""
+    try:
+        with Extra("sim", "slalom"):
+            from slalom.cli import main as run
+    except MissingExtra as error:
+        sys.stderr.write(f"{error}\n")
+        sys.exit(2)
+    run()
+
 
 if __name__ == "__main__":
     main()

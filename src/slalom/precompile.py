@@ -11,6 +11,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import known, whole
+from slalom.base.extras import first_missing
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select_many
 from slalom.decision import Decision
@@ -95,8 +96,6 @@ def space() -> None:
 
 def fleets() -> None:
     """Fleets of discs, rectangles and balls that observe each other or publish their manoeuvres; their guidance."""
-    from slalom.sim import gallery, simulate
-
     walls = Obstacle(Polyline([(-9.0, 5.0), (9.0, 5.0)]), Stationary((0.0, 0.0)))
     pillar = Obstacle(Disc(0.5), Stationary((0.3, 0.2)))
     places = np.array([(-3.0, 0.0), (3.0, 0.0)])
@@ -108,6 +107,14 @@ def fleets() -> None:
             )
             for k in range(2):
                 fleet.step(0.1 * k, places, 0.0 * places, -places)
+    if first_missing("sim") is None:
+        _simulate()
+
+
+def _simulate() -> None:
+    """Runs of fleets; in places that repeat, among walls, and of one robot."""
+    from slalom.sim import gallery, simulate
+
     short = {"robots": 3.0, "duration": 0.2}
     simulate(gallery.build("navground_cross_torus", {"duration": 0.2}), METHODS["nao"])
     for scenario in ("circle", "doorway"):

@@ -11,11 +11,10 @@ from typing import Any, Final
 
 import numpy as np
 import shapely
-from irsim.lib import register_behavior_class
-from irsim.world.map.obstacle_map import OCCUPANCY_THRESHOLD
 
 from slalom.base.checks import Array, not_negative, positive
 from slalom.base.errors import InvalidInput
+from slalom.base.extras import Extra
 from slalom.decision import Decision
 from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
@@ -29,6 +28,10 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
 from slalom.vehicle.navigator import VehicleDecision
+
+with Extra("irsim", __name__):
+    from irsim.lib import register_behavior_class
+    from irsim.world.map.obstacle_map import OCCUPANCY_THRESHOLD
 
 NAME: Final = "slalom"
 """Name of the behaviour in YAML files of ir-sim."""

@@ -33,6 +33,22 @@ class InvalidInput(SlalomError, ValueError):
     """Invalid value; the message states the expected value, the found one, and its place."""
 
 
+class MissingExtra(InvalidInput, ModuleNotFoundError):
+    """Use of a part of slalom whose packages are not installed; the message names the extra to install.
+
+    It is an ImportError too, as of every import that fails.
+    """
+
+    def __init__(self, extra: str, where: str, found: str, module: str | None = None) -> None:
+        self._given = (extra, where, found, module)
+        super().__init__(f"{where}: expected the packages of `pip install 'slalom[{extra}]'`, found {found}")
+        self.name = module
+
+    def __reduce__(self) -> tuple[type["MissingExtra"], tuple[str, str, str, str | None]]:
+        """Make the error picklable: it may come from another process."""
+        return type(self), self._given
+
+
 class OutsideSpan(SlalomError, ValueError):
     """A trajectory was evaluated at a time at which its obstacle does not exist."""
 

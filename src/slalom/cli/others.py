@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import App, Group, Parameter
 
 from slalom.adapters.ros.settings import NodeSettings
-from slalom.base.errors import InvalidInput
+from slalom.base.extras import Extra
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -24,7 +24,6 @@ from slalom.cli.console import (
 from slalom.cli.recorded import SignedText
 from slalom.cli.report import files_text
 from slalom.cli.running import Look, VectorLook, drawable, refuse_without
-from slalom.cli.viewing import NEEDED
 
 
 def reproduce(
@@ -59,7 +58,8 @@ def reproduce(
     json
         Print one JSON object.
     """
-    from slalom.paper import work
+    with Extra("view", "reproduce"):
+        from slalom.paper import work
 
     chosen, effort = work.names_of(names), work.Effort(seeds, jobs, quick)
     new_markdown(page, force)
@@ -151,10 +151,8 @@ def replay(
         from slalom import Goal, Stationary
 
         made.head_for(Goal(Stationary(vector_of(goal, "--goal")), made.tolerance, made.stop))
-    try:
+    with Extra("ros", "ros"):
         import rosbags.highlevel  # noqa: F401
-    except ModuleNotFoundError as error:
-        raise InvalidInput(f"ros: {NEEDED.format(extra='ros', name=error.name)}") from None
     from slalom.adapters.ros import bag as bags
 
     writable(out, figure)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slalom.base.errors import InvalidInput
+from slalom.base.extras import Extra
 from slalom.cli.console import (
     DONE,
     OldForce,
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from slalom.decision.methods import Method
     from slalom.live.session import Session
     from slalom.sim import Recording
-
-NEEDED = "expected the packages of `pip install 'slalom[{extra}]'`, found no {name}"
 
 
 def view(
@@ -71,10 +70,8 @@ def view(
         Whether to open the browser; with --no-browser only the address is printed.
     """
     source, given = resolved(scenario), parse_settings(settings)
-    try:
+    with Extra("view", "view"):
         from slalom.live.server import Server
-    except ModuleNotFoundError as error:
-        raise InvalidInput(f"view: {NEEDED.format(extra='view', name=error.name)}") from None
     begin = _sessions(source, given, method, seed, (at, agent), crossing, reading)
     server = Server(begin, begin().scenario.name, port)  # what cannot run is refused before the browser opens
 

@@ -5,6 +5,7 @@ from typing import Any, Final
 
 from slalom.base.checks import flag, whole
 from slalom.base.errors import InvalidInput
+from slalom.base.extras import Extra
 from slalom.decision.methods import METHODS, Method
 from slalom.live.export import messages
 from slalom.live.messages import block, file_page, pack, renderer
@@ -72,12 +73,9 @@ def widget(run: Recording | Scenario, method: Method | None = None, *, robot: in
     if isinstance(run, Scenario) == (method is None):
         raise InvalidInput("method: expected one with a scenario, and none with a recording; found otherwise")
     flag(live, "live")
-    try:
+    with Extra("notebook", "widget"):
         import anywidget
         import traitlets
-    except ModuleNotFoundError as error:
-        needed = "expected the packages of `pip install 'slalom[notebook]'`"
-        raise InvalidInput(f"widget: {needed}, found no {error.name}") from None
 
     class View(anywidget.AnyWidget):
         """The renderer, which reads `data`: the messages of a file; a live one exchanges messages."""

@@ -9,6 +9,7 @@ import shapely
 
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
+from slalom.base.extras import Extra
 from slalom.model.shape import Part
 from slalom.obstacle import Obstacle
 
@@ -66,15 +67,10 @@ def imported(package: str, module: str = "") -> Any:
     """Import a module of a package of the extra `peers`.
 
     Raises:
-        InvalidInput: the package is not installed or does not load.
+        MissingExtra: the package is not installed or does not load.
     """
-    try:
+    with Extra("peers", "method"):
         return import_module(module or package)
-    except ImportError as error:
-        raise InvalidInput(
-            f"method: expected the package {package}, which this one runs in, found {error}; "
-            "install it: pip install 'slalom[peers]'"
-        ) from None
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -3,11 +3,14 @@
 All figures are `matplotlib.figure.Figure` objects, never pyplot figures: no window opens, no global state changes.
 """
 
-from slalom.view.control_space import control_space
-from slalom.view.figure import decision, paths
-from slalom.view.film import animate
-from slalom.view.fleet import fleet
-from slalom.view.style import resized, save
-from slalom.view.workspace import workspace
+from slalom.base.extras import Extra
+
+with Extra("view", __name__):
+    from slalom.view.control_space import control_space
+    from slalom.view.figure import decision, paths
+    from slalom.view.film import animate
+    from slalom.view.fleet import fleet
+    from slalom.view.style import resized, save
+    from slalom.view.workspace import workspace
 
 __all__ = ["animate", "control_space", "decision", "fleet", "paths", "resized", "save", "workspace"]

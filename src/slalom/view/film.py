@@ -19,6 +19,7 @@ from matplotlib.transforms import Affine2D
 
 from slalom.base.checks import Array, not_negative, positive, whole
 from slalom.base.errors import InvalidInput
+from slalom.base.extras import Extra
 from slalom.kernels.arrays import Flags
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Part
@@ -329,12 +330,9 @@ def write_video(
 
 
 def _library() -> ModuleType:
-    try:
+    with Extra("video", "animate"):
         import av
         import av.filter
-    except ModuleNotFoundError as error:
-        needed = "expected the packages of `pip install 'slalom[video]'`"
-        raise InvalidInput(f"animate: {needed}, found no {error.name}") from None
     return av
 
 

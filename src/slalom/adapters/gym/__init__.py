@@ -3,12 +3,15 @@
 `import slalom.adapters.gym` registers slalom/NAME-v0 in gymnasium for each scenario of SINGLE.
 """
 
-import gymnasium
+from slalom.base.extras import Extra
 
-from slalom.adapters.gym.filters import SafetyFilter, VectorSafetyFilter
-from slalom.adapters.gym.fleet import FleetEnv
-from slalom.adapters.gym.robot import RobotEnv
-from slalom.adapters.gym.vector import RobotsEnv
+with Extra("gym", __name__):
+    import gymnasium
+
+    from slalom.adapters.gym.filters import SafetyFilter, VectorSafetyFilter
+    from slalom.adapters.gym.fleet import FleetEnv
+    from slalom.adapters.gym.robot import RobotEnv
+    from slalom.adapters.gym.vector import RobotsEnv
 
 __all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
 

@@ -5,6 +5,9 @@ controlled point is larger than the agent by the distance of the point from the 
 Neighbours that are no members of the fleet are not expected to avoid it.
 """
 
-from slalom.adapters.navground.behaviours import PROPERTIES, Slalom, SlalomFleet
+from slalom.base.extras import Extra
+
+with Extra("navground", __name__):
+    from slalom.adapters.navground.behaviours import PROPERTIES, Slalom, SlalomFleet
 
 __all__ = ["PROPERTIES", "Slalom", "SlalomFleet"]

@@ -9,6 +9,7 @@ import numpy as np
 
 from slalom.base.checks import Array, flag, not_negative, positive, whole
 from slalom.base.errors import InvalidInput
+from slalom.base.extras import Extra
 from slalom.io.table import read_tracks, sample_data
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -297,10 +298,6 @@ def walking_positions(starts: Array, steps: int) -> Array:
 
 
 def _orca() -> Any:
-    """Return the simulator class of pyrvo. Raises InvalidInput if pyrvo is not installed."""
-    try:
+    """Return the simulator class of pyrvo. Raises MissingExtra if pyrvo is not installed."""
+    with Extra("peers", "crowdnav"):
         return import_module("pyrvo").RVOSimulator
-    except ImportError:
-        raise InvalidInput(
-            "crowdnav: expected the package pyrvo, which moves the people; found none: pip install 'slalom[peers]'"
-        ) from None

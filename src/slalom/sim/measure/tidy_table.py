@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.extras import Extra
 
 if TYPE_CHECKING:
     from slalom.sim.measure.recording import Recording
@@ -112,12 +113,8 @@ def write_parquet(recording: "Recording", path: Path) -> None:
 
 
 def _imported(name: str) -> Any:
-    try:
+    with Extra("data", name):
         return import_module(name)
-    except ModuleNotFoundError as error:
-        raise InvalidInput(
-            f"{name}: expected the packages of `pip install 'slalom[data]'`, found no {error.name}"
-        ) from None
 
 
 WRITERS: Final[Mapping[str, Callable[["Recording", Path], None]]] = {".csv": write_csv, ".parquet": write_parquet}
