@@ -16,8 +16,8 @@ again.
 
 Without a scenario the scenarios of benchmarks/planners.yaml are taken, with its baselines; those whose robots are
 guided also without guidance. The file has every try, one a line. Lines of other scenarios and methods stay. The program
-prints the best try of each method as a row for study files; `tests/test_benchmarks.py` compares the rows of the study
-with them.
+prints the best try of each method as a row for study files; `tests/docs/test_benchmarks.py` compares the rows of the
+study with them.
 """
 
 import argparse

@@ -5,8 +5,8 @@
     python tools/tables.py --make fleets --data DIR   # DIR has the test cases of other projects
 
 The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study; other
-tables are between two comments that name them. `tests/test_tables.py` compares every table with its runs, and makes
-two runs of its rows again. Runs take place in the processes of `portable.py`: their bits are the same on other
+tables are between two comments that name them. `tests/docs/test_tables.py` compares every table with its runs, and
+makes two runs of its rows again. Runs take place in the processes of `portable.py`: their bits are the same on other
 processors.
 """
 

@@ -1,0 +1,271 @@
+"""Tables of results in README and docs: they are what their kept runs give, which the present code gives again."""
+
+import json
+import os
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from draws import commit_number
+from galleries import installed
+
+from slalom.sim import Row
+from slalom.sim.sweep.case import is_cases
+
+ROOT = Path(__file__).parents[2]
+PEERS = Path(os.environ.get("SLALOM_DATA", ROOT.parent / "shared" / "data")) / "peers"
+sys.path.insert(0, str(ROOT / "tools"))
+
+import tables  # noqa: E402
+
+ROWS = [
+    pytest.param(table, row, method, id=f"{tables.scenario_text(row)} {method}")
+    for table in tables.TABLES
+    for row in table.rows
+    for method in row.methods
+]
+
+
+def turn(parameters: list, of: int = 1) -> list:
+    """`of` parameters take their turn with each commit; the others are slow."""
+    first = commit_number() * of
+    now = {(first + k) % len(parameters) for k in range(of)}
+    return [
+        one if k in now else pytest.param(*one.values, id=one.id, marks=pytest.mark.slow)
+        for k, one in enumerate(parameters)
+    ]
+
+
+@pytest.mark.parametrize("table", tables.TABLES, ids=lambda table: table.name)
+def test_a_page_holds_the_table_of_its_runs(table: tables.Table) -> None:
+    """So that no number of a table is written by hand."""
+    text = (ROOT / table.page).read_text()
+    assert tables.with_table(text, table, tables.rendered(table, tables.kept(table))) == text
+
+
+@pytest.mark.parametrize("table", tables.TABLES, ids=lambda table: table.name)
+def test_every_seed_of_every_row_was_run(table: tables.Table) -> None:
+    """Once, in the order of the rows."""
+    expected = [
+        (tables.scenario_text(row), method, str(seed))
+        for row in table.rows
+        for method in row.methods
+        for seed in range(row.seeds)
+    ]
+    assert [(run["scenario"], run["method"], run["seed"]) for run in tables.kept(table)] == expected
+
+
+@pytest.mark.parametrize(("table", "row", "method"), turn(ROWS))
+def test_two_runs_of_a_row_give_the_same_again(table: tables.Table, row: Row, method: str) -> None:
+    """Two seeds, others with each commit."""
+    installed(method)
+    known = {(run["scenario"], run["method"], run["seed"]): run for run in tables.kept(table)}
+    seeds = sorted({2 * commit_number() % row.seeds, (2 * commit_number() + 1) % row.seeds})
+    expected = [known[tables.scenario_text(row), method, str(seed)] for seed in seeds]
+    assert tables.again(row, method, seeds) == expected
+
+
+def test_a_page_without_a_place_is_refused() -> None:
+    table = tables.TABLES[0]
+    with pytest.raises(ValueError, match=r"^README.md: expected the comments '<!-- begin of the table "):
+        tables.with_table("# A page\n", table, "| a |")
+
+
+STUDY_ROWS = [
+    pytest.param(study, row, method, id=f"{study.name} {tables.scenario_text(row)} {method}")
+    for study in tables.STUDIES
+    for row in study.rows
+    for method in row.methods
+    if row.settings.get("robots", 0) <= 20
+    if (tables.scenario_text(row), method) in {(run["scenario"], run["method"]) for run in tables.kept(study)}
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
+def test_a_page_of_a_study_is_that_of_its_runs(study: tables.StudyPage) -> None:
+    """Title, text, command and every row with kept runs. All other rows name the version that made them."""
+    text, runs = (ROOT / study.page).read_text(), tables.kept(study)
+    assert study.written(text, runs) == text
+    expected = [(tables.scenario_text(row), method) for row in study.rows for method in row.methods]
+    lines = [line for line in text.splitlines() if line.startswith("| ")][1:]
+    made = {(run["scenario"], run["method"]) for run in runs}
+    assert ["slalom" not in line.split(" | ")[3] for line in lines] == [key in made for key in expected]
+
+
+@pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
+def test_every_seed_of_the_kept_rows_of_a_study_was_run(study: tables.StudyPage) -> None:
+    """Once, in the order of the rows; with the versions of all packages that were used."""
+    found = [(run["scenario"], run["method"], run["seed"]) for run in tables.kept(study)]
+    kept_rows = {run[:2] for run in found}
+    expected = [
+        (tables.scenario_text(row), method, str(seed))
+        for row in study.rows
+        for method in row.methods
+        for seed in range(row.seeds)
+        if (tables.scenario_text(row), method) in kept_rows
+    ]
+    assert found == expected
+    used = json.loads(tables.VERSIONS.read_text())[study.name]
+    assert {"slalom", "numpy", "numba", "shapely", "pyrvo", "navground"} <= set(used)
+
+
+def test_a_row_without_runs_names_its_version(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Rows with kept runs are rendered from these; a second rendering changes nothing."""
+    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
+    (tmp_path / "benchmarks" / "small.yaml").write_text(
+        "title: Small\nmethods: [nao, vo]\nseeds: 1\nscenarios: [{scenario: empty, settings: {duration: 1}}]\n"
+    )
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    monkeypatch.setattr(tables, "VERSIONS", tmp_path / "versions.json")
+    study = tables.StudyPage("small")
+    tables.make(study, tmp_path / "store", 1)
+    runs = tables.kept(study)
+    whole = study.written("", runs)
+    assert whole.startswith(
+        "# Small\n\nMade by `slalom compare benchmarks/small.yaml --page docs/small.md` with slalom "
+    )
+    former = re.sub(r"slalom [\d.]+", "slalom 0.0.9", whole, count=1).replace(" 0.50 ", " 0.40 ")
+    part = study.written(former, [run for run in runs if run["method"] == "nao"])
+    of_nao, of_vo = part.splitlines()[-2:]
+    assert of_nao == whole.splitlines()[-2]
+    assert of_vo.split(" | ")[3] == "1, deterministic, slalom 0.0.9"
+    assert study.written(part, [run for run in runs if run["method"] == "nao"]) == part
+    assert study.written(part, runs) == whole
+    tables.make(study, tmp_path / "none", 1, merge=True)
+    assert tables.kept(study) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("study", "row", "method"), [one for one in turn(STUDY_ROWS, 3) if not one.marks])
+def test_two_runs_of_a_row_of_a_study_give_the_same_again(study: tables.StudyPage, row: Row, method: str) -> None:
+    """Three rows of at most 20 robots with each commit, and two seeds of each, others with each commit."""
+    installed(method)
+    name = row.name
+    if is_cases(name):
+        if not (PEERS / name).exists():
+            pytest.skip(f"{name} is not here")
+        row = row._replace(scenario=str(PEERS / name))
+    known = {(run["scenario"], run["method"], run["seed"]): run for run in tables.kept(study)}
+    seeds = sorted({2 * commit_number() % row.seeds, (2 * commit_number() + 1) % row.seeds})
+    expected = [known[tables.scenario_text(row), method, str(seed)] for seed in seeds]
+    # A file that was kept before a column was added does not have it.
+    assert tables.again(row, method, seeds, tuple(expected[0])) == expected
+
+
+def test_deterministic_rows_of_a_study_have_no_intervals() -> None:
+    """Without intervals where there is one distinct run, with them elsewhere."""
+    lines = [line for line in (ROOT / "docs" / "fleets.md").read_text().splitlines() if line.startswith("| circle")]
+    assert len(lines) >= 40
+    for line in lines:
+        assert ("deterministic" in line) == ("noise=0" in line) == ("%)" not in line), line
+
+
+def test_the_line_of_a_run_holds_what_the_page_needs() -> None:
+    """Several numbers in one cell; of robots that did not arrive there are none."""
+    result = {"robots": 3, "arrived": 2, "collisions": 0, "time": 9.5, "adjustments": 4, "min_clearance": -0.0}
+    result |= {"foresight": "observed", "efficacy": 0.5, "extra_times": [0.25, None, 1.0], "jerk": 2.5}
+    line = tables.line("ring", "nao", 7, result, tables.STUDY_FIELDS)
+    assert tuple(line) == tables.STUDY_FIELDS
+    assert list(line.values()) == [
+        *("ring", "nao", "7", "3", "2", "0", "9.500000", "4", "-0.000000"),
+        *("observed", "0.500000", "0.2500 1.0000", "2.500000"),
+    ]
+
+
+def test_a_run_without_a_result_stops_the_table(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """HRVO of other authors has no walls; the file of runs is not written."""
+    row = Row("corridor", {"duration": 0.5}, ("hrvo",), 1)
+    installed("hrvo")
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    table = tables.Table("corridor", "page.md", (row,), {})
+    with pytest.raises(
+        SystemExit, match=r"^corridor duration=0.5 hrvo: expected results of all seeds, found none of \[0\]"
+    ):
+        tables.make(table, tmp_path / "store", 1)
+    assert not table.runs.exists()
+
+
+def test_runs_are_made_and_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """As a file whose table is that of the runs."""
+    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    row = Row("empty", {"duration": 0.5}, ("nao", "vo"), 2)
+    table = tables.Table("empty", "page.md", (row,), {"method": lambda scenario, method, found: method})
+    tables.make(table, tmp_path / "store", 1)
+    assert [run["seed"] for run in tables.kept(table)] == ["0", "1", "0", "1"]
+    assert tables.rendered(table, tables.kept(table)) == "| method |\n|---|\n| nao |\n| vo |"
+
+
+def test_missing_rows_alone_are_made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A row with all seeds in the file of runs stays as it is; one with other seeds is made again."""
+    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    rows = tuple(Row("empty", {"duration": duration}, ("nao", "vo"), 2) for duration in (0.5, 1.0))
+    table = tables.Table("empty", "page.md", rows, {})
+    tables.make(table, tmp_path / "store", 1)
+    whole = tables.kept(table)
+    text = table.runs.read_text()
+    first, *others = text.splitlines(keepends=True)
+    kept = [*others[:2], others[2].replace(",0,", ",7,"), *others[4:]]
+    kept[0] = kept[0].replace(",vo,", ",x,").replace("0.500000", "0.400000")
+    table.runs.write_text(first + "".join(kept))
+    tables.make(table, tmp_path / "other", 1, missing=True)
+    made = tables.kept(table)
+    assert made[0]["time"] == "0.400000"
+    assert made[1:] == whole[1:]
+
+
+NOT_MEASURED = {
+    ("recordings", "kind"),
+    ("irsim", "setting"),
+    ("theory", "bound"),
+    ("view", "type"),
+    ("foresight", "model"),
+}
+"""Tables of numbers that define something, by page and first heading."""
+COMPARED = {
+    "paper": "test_paper.py",
+    "performance": "test_benchmarks.py",
+    "fleets": "this file",
+    "planners": "this file",
+}
+"""Pages whose tables a test compares with kept results, and its file."""
+WITHOUT_VERSION = {"crossings", "foresight", "navground", "navground_tables"}
+"""Pages that state the command of a table, or where its runs are, and not the version."""
+
+
+def measured_tables(page: str, text: str) -> list[tuple[str, str]]:
+    """First heading of each table of numbers, and the section that holds it."""
+    found = []
+    for section in re.split(r"(?m)^(?=#{1,4} )", text):
+        for table in re.finditer(r"(?m)^\| *([^|]*?) *\|.*\n\|[-|]+\|\n((?:\|.*\n?)+)", section):
+            cells = [cell.strip() for line in table[2].splitlines() for cell in line.strip("|").split("|")[1:]]
+            numbers = sum(re.match(r"[-+]?[\d*(].*", cell) is not None for cell in cells)
+            marked = "written by tools/tables.py" in section[: table.start()][-100:]
+            if numbers >= 0.4 * len(cells) and not marked and (page, table[1]) not in NOT_MEASURED:
+                found.append((table[1], section))
+    return found
+
+
+PAGES = {path.stem: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
+
+
+@pytest.mark.parametrize("page", sorted(PAGES.keys() - COMPARED.keys() - WITHOUT_VERSION))
+def test_a_measured_table_states_its_command_version_and_date(page: str) -> None:
+    """In its section, if it is not written from kept runs. A page of `slalom compare` needs no date: runs are exact."""
+    for heading, section in measured_tables(page, PAGES[page].read_text()):
+        if re.search(r"^Made by `slalom compare .*` with slalom \d+\.\d+\.\d+, ", section, re.M):
+            continue
+        assert re.search(r"`(python|slalom|make) [^`]+`|`cross\(|^    python ", section, re.M), heading
+        assert re.search(r"with\s+slalom \d+\.\d+\.\d+ on\s+20\d\d-\d\d-\d\d", section), heading
+
+
+def test_measured_tables_are_found() -> None:
+    """A table of numbers, not one of words and not one that the tool wrote."""
+    table = "| robots | s |\n|---|---|\n| 3 | 0.5 |\n"
+    words = "| robots | use |\n|---|---|\n| 3 | `nao` |\n"
+    written = "<!-- begin of the table a, written by tools/tables.py -->\n\n" + table
+    assert [heading for heading, _ in measured_tables("a", f"# A\n\n{table}\n## B\n\n{words}\n{written}")] == ["robots"]
+    assert len([one for page in PAGES for one in measured_tables(page, PAGES[page].read_text())]) > 30
