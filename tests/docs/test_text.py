@@ -270,6 +270,45 @@ def test_modules_and_functions_are_short(path: Path) -> None:
     assert not long
 
 
+STILL_PACKED: set[tuple[str, str]] = {
+    ("kernels/decision/policy.py", "best_response"),
+    ("kernels/selection/exchange.py", "exchanged"),
+}
+"""Functions that would have more than LONGEST_FUNCTION lines with one value to a statement."""
+
+
+def is_packed(node: ast.AST) -> bool:
+    """Whether a node assigns three or more values to as many targets, and could be one statement a line.
+
+    It could not where a later value uses a name of an earlier target.
+    """
+    if not (
+        isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple)
+    ):
+        return False
+    targets, values = node.targets[0].elts, node.value.elts
+    names = [{leaf.id for leaf in ast.walk(one) if isinstance(leaf, ast.Name)} for one in (*targets, *values)]
+    n = len(targets)
+    starred = any(isinstance(one, ast.Starred) for one in (*targets, *values))
+    used_later = any(names[k] & names[n + j] for k in range(n) for j in range(k + 1, len(values)))
+    return n > 2 and not starred and not used_later
+
+
+def test_at_most_two_values_are_packed_into_one_assignment() -> None:
+    """More only in a swap, from a call, and in functions that have no lines left."""
+    trees = {name_of(path): ast.parse(path.read_text()) for path in FILES}
+    found = {
+        (name, f"line {node.lineno}") for name, tree in trees.items() for node in ast.walk(tree) if is_packed(node)
+    }
+    for name, tree in trees.items():
+        for function in functions(tree):
+            if (name, function.name) in STILL_PACKED:
+                inside = {(name, f"line {node.lineno}") for node in ast.walk(function) if is_packed(node)}
+                assert inside, f"{name} {function.name}: remove it from STILL_PACKED"
+                found -= inside
+    assert not found
+
+
 @pytest.mark.parametrize("path", FILES, ids=name_of)
 def test_modules_have_telling_names(path: Path) -> None:
     assert not {*path.relative_to(SOURCES).with_suffix("").parts} & VAGUE

@@ -53,7 +53,9 @@ class Slalom:
         self._navigator: Navigator | VehicleNavigator | None = None
         self._fixed: tuple[tuple[int, ...], ObstacleTable] = ((), ObstacleTable([]))
         self._previous: Decision | VehicleDecision | None = None
-        self._velocity, self._turn, self._now = np.zeros(2), 0.0, 0.0
+        self._velocity = np.zeros(2)
+        self._turn = 0.0
+        self._now = 0.0
 
     def __call__(self, ego_object: Any, external_objects: list[Any], **_: Any) -> Array:
         """Velocity (2, 1) that ir-sim applies: in the frame of the body, or speed and turn rate or steering angle."""
@@ -63,7 +65,9 @@ class Slalom:
             self._navigator = _navigator(self._kind, ego_object, _settings(self._given), dt)
         if now <= self._now:
             # ir-sim began anew.
-            self._previous, self._velocity, self._turn = None, np.zeros(2), 0.0
+            self._previous = None
+            self._velocity = np.zeros(2)
+            self._turn = 0.0
         self._now = now
         if ego_object.goal is None:
             return np.zeros((2, 1))
@@ -72,7 +76,9 @@ class Slalom:
         return self._move(self._navigator, ego_object, external_objects, now)
 
     def _move(self, navigator: Navigator, ego: Any, others: list[Any], now: float) -> Array:
-        position, dt, heading = ego.state[:2, 0].astype(np.float64), navigator.period, float(ego.state[2, 0])
+        position = ego.state[:2, 0].astype(np.float64)
+        dt = navigator.period
+        heading = float(ego.state[2, 0])
         same = [o for o in others if o.kinematics == self._kind and o.beh_config.get("name") == NAME]
         around: list[Obstacle | ObstacleTable | Tracks] = [self._map(others)]
         around.append(_tracks([o for o in others if o not in same], ego, now, dt))

@@ -25,7 +25,9 @@ from slalom.obstacle.table import ObstacleTable
 FREE = 2
 """`keepRoute` of `moveToXY`: the vehicle is placed anywhere, on the lane there if there is one."""
 NO_LANE = -1
-SAMPLES, LANES, AHEAD = 9, 6, 0.1
+SAMPLES = 9
+LANES = 6
+AHEAD = 0.1
 """Samples of a forecast; lanes that it follows; [m] least distance of its next point."""
 REST = 1e-3
 """[m/s] A robot slower than this keeps its heading. Larger: it keeps it longer."""
@@ -56,7 +58,10 @@ class Robot:
             raise InvalidInput(
                 f"navigator: expected the period {sumo.simulation.getDeltaT():g} s of SUMO, found {found}"
             )
-        self.sumo, self.navigator, self.name, self.radius = sumo, navigator, name, navigator.robot.radius
+        self.sumo = sumo
+        self.navigator = navigator
+        self.name = name
+        self.radius = navigator.robot.radius
         self.state, self.heading = State((0.0, 0.0), (0.0, 0.0)), 0.0
         self.uncertainty, self.previous = uncertainty, cast(Decision | None, None)
 

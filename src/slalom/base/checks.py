@@ -333,7 +333,9 @@ class Checked:
     """
 
     def __init__(self, check: Callable[[npt.ArrayLike, str], Array], shape: str = "d", key: str = "") -> None:
-        self.check, self.shape, self.key = check, shape, key
+        self.check = check
+        self.shape = shape
+        self.key = key
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name

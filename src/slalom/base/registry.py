@@ -39,7 +39,9 @@ class Registry(UserDict[str, Part], Generic[Part]):
     """
 
     def __init__(self, group: str, kind: Kind, parts: Mapping[str, Part]) -> None:
-        self.group, self.packages, self._kind = group, dict[str, str](), kind
+        self.group = group
+        self.packages = dict[str, str]()
+        self._kind = kind
         self._complete = True
         super().__init__(parts)
         self._complete = False

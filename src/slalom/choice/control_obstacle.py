@@ -196,7 +196,9 @@ class ControlObstacle:
         if not bodies.at_rest.all():
             rest = rest_time(self.response, self.state, self.horizon)
             over = ~bodies.at_rest[cut.body] & (cut.begin >= rest - REST_ROUNDING)
-            cut.radius[over], cut.growth[over], bounding_radius[over] = -np.inf, 0.0, -np.inf
+            cut.radius[over] = -np.inf
+            cut.growth[over] = 0.0
+            bounding_radius[over] = -np.inf
         turns = cut.turns if bodies.turning else _ahead(len(owner))
         return RelativeMotion(
             begin=cut.begin,
@@ -266,7 +268,9 @@ class ControlObstacle:
             raise InvalidInput(f"t: expected a time in (0, {self.horizon:g}] s, found {t:g} s")
         now = self.obstacles.start + t
         image = self.response.position(self.state, t)
-        corners, radii, owners = [], [], []
+        corners = []
+        radii = []
+        owners = []
         margin = np.broadcast_to(np.asarray(self.margin), (len(self.obstacles),))
         for index, obstacle in enumerate(self.obstacles.obstacles):
             if not obstacle.exists(now):

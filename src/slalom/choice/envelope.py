@@ -198,12 +198,17 @@ def sample(rows: Indices, control: Array, window: Window, meets: Meets, bends: B
         rows: (n,) of the table.
         control: (4, c, n) control points of these rows.
     """
-    which, begin, end = np.arange(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
+    which = np.arange(len(rows))
+    begin = np.zeros(len(rows))
+    end = np.ones(len(rows))
     done = [Spans(which[:0], begin[:0], end[:0], control[:, :, :0], np.empty(0, dtype=bool))]
     for _ in range(DEPTH):
         # While the controls of the window are less than CONTACT apart, only an initial overlap can collide.
         near = meets(which, control) & (control[:, 2].max(axis=0) * window.radius > CONTACT)
-        which, begin, end, control = which[near], begin[near], end[near], control[:, :, near]
+        which = which[near]
+        begin = begin[near]
+        end = end[near]
+        control = control[:, :, near]
         if not which.size:
             break
         left, right = halves(control)

@@ -372,7 +372,9 @@ def closed_lines(segments: RelativeMotion, window: Window) -> tuple[Any, Indices
     The lines are closed, except for parts that they traverse in both directions.
     """
     nodes = point_nodes(segments, window, *rows_of_hull(segments, -1))
-    heading, opening, n = nodes.discs.heading, nodes.discs.opening, len(nodes.run)
+    heading = nodes.discs.heading
+    opening = nodes.discs.opening
+    n = len(nodes.run)
     if not n:
         return np.empty(0, dtype=object), np.empty(0, dtype=np.int64)
     head = np.diff(nodes.run, prepend=-1) != 0
@@ -383,7 +385,9 @@ def closed_lines(segments: RelativeMotion, window: Window) -> tuple[Any, Indices
     angle = np.concatenate([heading + opening, heading - opening, (heading + opening)[heads] - 2.0 * np.pi])
     arc = np.concatenate([nodes.arc | tail, np.roll(nodes.arc, 1) | head, np.zeros(len(heads), dtype=bool)])
     order = np.lexsort((np.concatenate([node, 2 * n - node, np.full(len(heads), 3 * n)]), nodes.run[index]))
-    index, angle, arc = index[order], angle[order], arc[order]
+    index = index[order]
+    angle = angle[order]
+    arc = arc[order]
     points, curve = _with_arc_points(nodes, index, angle, arc, window)
     # Close exactly: the angle of the last point is that of the first minus 2 pi, with other rounding.
     first = np.flatnonzero(np.diff(curve, prepend=-1))

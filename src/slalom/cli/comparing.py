@@ -180,7 +180,8 @@ def compare(
     """
     from slalom.sim.sweep.study import compare_all, flat, is_study, named
 
-    chosen, measured, changed = _listed(methods), _listed(metrics), parse_settings(settings)
+    chosen, measured = _listed(methods), _listed(metrics)
+    changed = parse_settings(settings)
     files = _sources(scenarios)
     study = named(files, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
     options = (work or Work()).settings()

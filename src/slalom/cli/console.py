@@ -26,7 +26,9 @@ Larger: fewer commands print it. Smaller: short commands print it too.
 """
 
 
-DONE, FAILED, BAD_INPUT = 0, 1, 2
+DONE = 0
+FAILED = 1
+BAD_INPUT = 2
 
 
 def whole_number(_: type, tokens: Sequence[Token]) -> int:

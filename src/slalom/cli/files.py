@@ -252,7 +252,9 @@ def _of_controls(decision: "Decision", navigator: "Navigator") -> dict[str, obje
     from slalom.choice.control_obstacle import ControlObstacle
     from slalom.sim.measure.metrics import finite
 
-    manoeuvre, blocked, limits = decision.manoeuvre, decision.blocked, navigator.limits
+    manoeuvre = decision.manoeuvre
+    blocked = decision.blocked
+    limits = navigator.limits
     without_margin = ControlObstacle(manoeuvre.response, blocked.state, blocked.obstacles, navigator.robot)
     admissible = limits.admissible(manoeuvre.response, blocked.state, navigator.horizon)
     return {

@@ -68,7 +68,9 @@ def names_in_the_way(decision: "Decision") -> tuple[str, ...]:
     made = decision.inputs
     if made is None or made.goal is None:
         return ()
-    navigator, state, goal = made.navigator, made.state, made.goal
+    navigator = made.navigator
+    state = made.state
+    goal = made.goal
     speed, target = navigator.limits.max_speed, goal.position(made.now)
     if isinstance(goal, PathGoal) and decision.progress is not None:
         target = goal.point(min(decision.progress + goal.lookahead * speed, goal.length))
@@ -108,7 +110,9 @@ def _named(
 
 def as_dict(decision: "Decision") -> dict[str, Any]:
     """The decision as values of JSON, see `Decision.as_dict`."""
-    made, manoeuvre, hit = decision.inputs, decision.manoeuvre, decision.collision
+    made = decision.inputs
+    manoeuvre = decision.manoeuvre
+    hit = decision.collision
     now = decision.decided_at if made is None else made.now
     result: dict[str, Any] = {
         "time": now,
@@ -201,7 +205,9 @@ class Approaches:
     """The last progress of n robots towards their goals, as arrays: the same rule as `approach_of`."""
 
     def __init__(self, n: int, d: int) -> None:
-        self._distance, self._since, self._target = np.full(n, np.nan), np.zeros(n), np.full((n, d), np.nan)
+        self._distance = np.full(n, np.nan)
+        self._since = np.zeros(n)
+        self._target = np.full((n, d), np.nan)
 
     def stalled(self, left: Array, targets: Array, tolerances: Array, speeds: Array, now: float) -> Array:
         """Time [s] since each robot last came nearer to its goal: (n,).
@@ -310,7 +316,9 @@ class Decision:
 
     def __repr__(self) -> str:
         control = ", ".join(f"{x:.4g}" for x in self.manoeuvre.control)
-        kind, name, at = self.manoeuvre.response, type(self).__name__, self.decided_at
+        kind = self.manoeuvre.response
+        name = type(self).__name__
+        at = self.decided_at
         return f"<{name} {self.outcome.name} at {at:g} s, {kind!r} with ({control})>"
 
     @property
@@ -436,7 +444,9 @@ def completed(
 
     progress: [m] along a path. limit: [s] of work.
     """
-    before, limits, now = None if previous is None else previous.commitment, inputs.navigator.limits, inputs.now
+    before = None if previous is None else previous.commitment
+    limits = inputs.navigator.limits
+    now = inputs.now
     last = None if before is None else before.approach
     found = _with(
         decision,

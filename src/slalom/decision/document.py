@@ -202,7 +202,9 @@ def _goal(goal: Goal) -> dict[str, Any]:
 
 
 def _commitment(before: Commitment) -> dict[str, Any]:
-    manoeuvre, path, approach = before.manoeuvre, before.path, before.approach
+    manoeuvre = before.manoeuvre
+    path = before.path
+    approach = before.approach
     return {
         "response": part(manoeuvre.response, "response", "previous"),
         "state": _state(manoeuvre.state),

@@ -64,7 +64,9 @@ def _least_deepening(s: Situation, period: float, blocked: ControlObstacle) -> A
 
     It is found by doubling, so up to twice as much; infinite for an obstacle that no depth up to DEEPEST frees it from.
     """
-    obstacles, every, coast = blocked.obstacles, np.arange(len(blocked.obstacles)), np.zeros(s.state.dimension)
+    obstacles = blocked.obstacles
+    every = np.arange(len(blocked.obstacles))
+    coast = np.zeros(s.state.dimension)
     deeper = np.zeros(len(every))
     for index in blocked.overlapping.tolist():
         only = obstacles.without(every != index)

@@ -221,7 +221,9 @@ class Navigator(Settings):
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
         """Decision that avoids all obstacles of the window without those given up (n,)."""
-        others, state, now = request.others, request.state, request.now
+        others = request.others
+        state = request.state
+        now = request.now
         window = window if given_up is None else window.without(given_up)
         found = self._decide(window, request)
         if found is None and others is not None:
@@ -234,7 +236,11 @@ class Navigator(Settings):
 
     def _decide(self, obstacles: ObstacleWindow, request: Request) -> Decision | None:
         """Decision of the compiled policy; None for a robot that overlaps an obstacle or will at once."""
-        others, state, step, now, previous = request.others, request.state, request.step, request.now, request.previous
+        others = request.others
+        state = request.state
+        step = request.step
+        now = request.now
+        previous = request.previous
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)

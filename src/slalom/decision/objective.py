@@ -167,7 +167,9 @@ class Arrive:
             return None if np.any(moves | (np.linalg.norm(away, axis=-1) > s.goal.tolerance)) else 0.0
         for first, last, before, after in zip(times, times[1:], away, away[1:]):
             step = after - before
-            a, b, c = step @ step, before @ step, before @ before - s.goal.tolerance**2
+            a = step @ step
+            b = before @ step
+            c = before @ before - s.goal.tolerance**2
             if c <= 0.0:
                 return float(first - s.now)
             if b < 0.0 and b * b >= a * c and c <= sqrt(b * b - a * c) - b:

@@ -127,7 +127,9 @@ class ObjectiveInPython:
         own: RobotRow,
         pieces: int,
     ) -> None:
-        self.objective, self.navigator, self.request = objective, navigator, request
+        self.objective = objective
+        self.navigator = navigator
+        self.request = request
         self.responses, self.own = responses, own
         self.failure: BaseException | None = None
         self._callback = CALLBACK(self._answer)
@@ -211,8 +213,12 @@ class PolicyTables:
     """
 
     def __init__(self, robot: Settings, *, among: bool) -> None:
-        method, limits, d = robot.method, robot.limits, robot.robot.dimension
-        self.robot, self.among, self.dimension = robot, among, d
+        method = robot.method
+        limits = robot.limits
+        d = robot.robot.dimension
+        self.robot = robot
+        self.among = among
+        self.dimension = d
         rules = method.among_robots() if among else method
         self.responses = rules.responses(limits, robot.period, robot.holds)
         self._table = response_table((self.responses,), robot.horizon, 2.0 * robot.horizon, d, robot.period)
@@ -260,7 +266,10 @@ class PolicyTables:
             robots.committed.times[0], robots.committed.points[0] = 0.0, 0.0
         else:
             commit_to(robots, 0, path)
-        own.settled[0], own.resting[0], own.max_speed[0], own.final[0] = settled, False, limits.max_speed, True
+        own.settled[0] = settled
+        own.resting[0] = False
+        own.max_speed[0] = limits.max_speed
+        own.final[0] = True
         return table
 
     def give_back(self, table: OwnTable) -> None:
@@ -287,18 +296,29 @@ class PolicyTables:
             InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
         """
         limits, objective = self.robot.limits, request.robot.objective
-        others, state, goal, now = request.others, request.state, request.target, request.now
+        others = request.others
+        state = request.state
+        goal = request.target
+        now = request.now
         (robots, own), target = table, goal.position(now)
-        own.position[:], own.velocity[:], own.acceleration[:] = state.position, state.velocity, state.acceleration
+        own.position[:] = state.position
+        own.velocity[:] = state.velocity
+        own.acceleration[:] = state.acceleration
         number, wanted, objectives = _numbers(objective, self._table, state)
-        own.objective[0], own.wanted[:], in_python = number, wanted, None
+        own.objective[0] = number
+        own.wanted[:] = wanted
+        in_python = None
         if number == IN_PYTHON:
             in_python = self._objective_in_python(table, request)
             objectives = in_python.table(objectives)
         enough = float(objective.enough_clearance)
-        own.enough[0], own.margin[0], own.margin_among[0] = enough, self.robot.margin + enough, self._margin + enough
+        own.enough[0] = enough
+        own.margin[0] = self.robot.margin + enough
+        own.margin_among[0] = self._margin + enough
         arrives = number == ARRIVE or bool((objectives.kind == ARRIVE).any())
-        own.target[:], own.tolerance[0], own.stop[0] = target, goal.tolerance, goal.stop and arrives
+        own.target[:] = target
+        own.tolerance[0] = goal.tolerance
+        own.stop[0] = goal.stop and arrives
         targets, own.moving[0] = self._at_rest, False
         if not isinstance(goal.trajectory, Stationary):
             distance = float(np.linalg.norm(target - state.position))

@@ -52,7 +52,9 @@ GOLDEN_ANGLE: Final = 2.399963229728653
 
 def target_paths(goals: Sequence[Goal], start: float, end: float) -> tuple[TargetPaths, Flags]:
     """The motion of goals from `start` to `end` [s]; and which of them move then (n,)."""
-    first, times, points = [0], [], []
+    first = [0]
+    times = []
+    points = []
     for goal in goals:
         begin, last = max(start, goal.trajectory.span[0]), min(end, goal.trajectory.span[1])
         if isinstance(goal.trajectory, Stationary) or not begin < last:
@@ -93,7 +95,9 @@ def bounds_of(limits: Sequence[Limits], states: Sequence[State]) -> Bounds:
 
 def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
     rows = np.zeros((len(offsets), 6))
-    rows[:, 0], rows[:, 1], rows[:, 5] = of, turns, offsets
+    rows[:, 0] = of
+    rows[:, 1] = turns
+    rows[:, 5] = offsets
     rows[:, 2 : 2 + normals.shape[1]] = normals
     return rows
 
@@ -101,7 +105,10 @@ def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
 def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
     each = zero_records(Robot, n)
-    each["number"], each["next_image"], each["priority"], each["present"] = np.arange(n), -1, 1.0, True
+    each["number"] = np.arange(n)
+    each["next_image"] = -1
+    each["priority"] = 1.0
+    each["present"] = True
     each["settled"], each["response"] = np.inf, -1
     return RobotTable(
         each=each,
@@ -156,7 +163,10 @@ def states_on_paths(paths: Paths, t: float) -> tuple[Array, Array]:
     begin = times[rows, piece]
     width = (times[rows, piece + 1] - begin)[:, None]
     x, p = (t - begin)[:, None] / np.where(width > 0.0, width, 1.0), paths.points[rows, piece]
-    p0, p1, p2, p3 = p[:, 0], p[:, 1], p[:, 2], p[:, 3]
+    p0 = p[:, 0]
+    p1 = p[:, 1]
+    p2 = p[:, 2]
+    p3 = p[:, 3]
     slope = (1 - x) ** 2 * (p1 - p0) + 2 * x * (1 - x) * (p2 - p1) + x * x * (p3 - p2)
     position = (1 - x) ** 3 * p0 + 3 * x * (1 - x) ** 2 * p1 + 3 * x * x * (1 - x) * p2 + x**3 * p3
     return 3.0 * slope / np.where(width > 0.0, width, 1.0), position
@@ -174,7 +184,9 @@ def observe(robots: RobotTable, others: Tracks, times: Array, points: Array) -> 
 
     Pieces without duration fill the rest of the rows.
     """
-    d, states, each = others.dimension, others.states, robots.each[1:]
+    d = others.dimension
+    states = others.states
+    each = robots.each[1:]
     each["position"][:, :d], each["velocity"][:, :d] = states[:, 0], states[:, 1]
     each["acceleration"][:, :d], each["priority"] = states[:, 2], 1.0
     each["rounding"] = each["radius"] = others.radii
@@ -214,7 +226,10 @@ def commit_to(robots: RobotTable, k: int, path: Path) -> None:
 
 def publish(robots: RobotTable, k: int) -> None:
     """Let the others observe the committed path of the robot in row k, and its images on it."""
-    committed, observed, each, row = robots.committed, robots.observed, robots.each, k
+    committed = robots.committed
+    observed = robots.observed
+    each = robots.each
+    row = k
     p = committed.points.shape[1]
     while row >= 0:
         observed.times[row] = committed.times[k, -1]
@@ -264,7 +279,9 @@ def response_table(
     responses = [response for kind in kinds for response in kind]
     windows = np.linspace(0.0, horizon, RESPONSE_WINDOWS + 1)
     ball_windows = np.linspace(0.0, horizon, 2 * BALL_WINDOWS + 1)
-    knots, points, settled_velocity = [], [], []
+    knots = []
+    points = []
+    settled_velocity = []
     for response in responses:
         times = response.knots(span, 2.0 * TABLE_SPEED)
         shares = _shares(response, times, dimension)

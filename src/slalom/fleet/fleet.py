@@ -142,7 +142,8 @@ class CommittedFleet:
         self._turning = any(each.bounds for each in self.members.limits)
         self.targets, _ = target_paths([], 0.0, 1.0)
         # The response of each robot whose manoeuvre is not in the tables.
-        self.other_texts, self._steps, self._last = [""] * n, 0, -np.inf
+        self.other_texts, self._steps = [""] * n, 0
+        self._last = -np.inf
         self._known = np.zeros(n, np.bool_)
         self.headings: Array | None = None
         self.progress: list[float | None] = [None] * n
@@ -189,7 +190,8 @@ class CommittedFleet:
         stops = any(policy.method.stops_at_obstacles for policy in self.policies)
         table = robot_table(n, committed, (predicted if few else max(predicted, committed)) + stops)
         each = table.each
-        each["kind"], each["skeleton"], each["rounding"] = kind, self.skeletons.kind, self.skeletons.rounding
+        each["kind"], each["skeleton"] = kind, self.skeletons.kind
+        each["rounding"] = self.skeletons.rounding
         each["radius"] = [shape.bounding_radius for shape in robots.shapes]
         each["max_speed"] = [limits.max_speed for limits in robots.limits]
         each["max_acceleration"] = [limits.max_acceleration for limits in robots.limits]
@@ -238,7 +240,8 @@ class CommittedFleet:
                 shape.bounding_radius,
                 partial(window.covered, robot=shape, margin=float(self.members.margins[k])),
             )
-            self.progress[k], each["max_speed"][k], each["final"][k] = step.progress, step.max_speed, step.final
+            self.progress[k], each["max_speed"][k] = step.progress, step.max_speed
+            each["final"][k] = step.final
             each["target"][k, :d] = step.goal.position(0.0)
             each["tolerance"][k], each["stop"][k] = step.goal.tolerance, step.goal.stop
 
@@ -298,7 +301,8 @@ class CommittedFleet:
 
         Robots that share their manoeuvres know them of all robots.
         """
-        each, observed, d = self.table.each, self.table.observed, self.dimension
+        each, observed = self.table.each, self.table.observed
+        d = self.dimension
         now, outcomes = settings.now, dict[int, Outcome]()
         times, points = observed.times.copy(), observed.points.copy()
         # There is one world, number 0.
@@ -337,7 +341,8 @@ class CommittedFleet:
 
     def _state(self, k: int) -> State:
         """The state of the robot in row k."""
-        each, d, heading = self.table.each, self.dimension, None if self.headings is None else float(self.headings[k])
+        each, d = self.table.each, self.dimension
+        heading = None if self.headings is None else float(self.headings[k])
         return State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d], heading)
 
     def _decide_together(
@@ -357,8 +362,10 @@ class CommittedFleet:
 
     def fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
-        table, each, d = self.table, self.table.each, self.dimension
-        number, method, world = each["number"], self.members.methods[k], int(each["world"][k])
+        table, each = self.table, self.table.each
+        d = self.dimension
+        number, method = each["number"], self.members.methods[k]
+        world = int(each["world"][k])
         state = self._state(k)
         passive = in_world(obstacles, world)
         if self.images is not None:
@@ -530,7 +537,8 @@ class Fleet(CommittedFleet):
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")
-        each, n, d = self.table.each, len(self.members.shapes), self.dimension
+        each, n = self.table.each, len(self.members.shapes)
+        d = self.dimension
         there = np.ones(n, np.bool_) if present is None else flags(present, "present", n)
         each["position"][:, :d] = array_of(positions, "positions", (n, d))
         each["velocity"][:, :d] = array_of(velocities, "velocities", (n, d))
@@ -601,7 +609,8 @@ class Fleet(CommittedFleet):
         """
         if self.table.each["world"].any():
             raise InvalidInput("worlds: expected one world to publish manoeuvres of, found several")
-        committed, d, n = self.table.committed, self.dimension, len(self.members.shapes)
+        committed, d = self.table.committed, self.dimension
+        n = len(self.members.shapes)
         if robots is None:
             rows = np.flatnonzero(self._known)
         else:
@@ -630,7 +639,8 @@ class Fleet(CommittedFleet):
         now: float,
     ) -> None:
         """Set targets, desired velocities or paths of the robots, see `step`."""
-        each, n, d = self.table.each, len(self.members.shapes), self.dimension
+        each, n = self.table.each, len(self.members.shapes)
+        d = self.dimension
         given = {"targets": targets, "desired_velocities": desired_velocities, "paths": paths}
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
@@ -667,11 +677,13 @@ class Fleet(CommittedFleet):
         """Replace the targets in the table by those of guidance."""
         each, guide = self.table.each, guidance.guide
         before, joined = guide.position.copy(), each["present"] & ~self._known
-        guide.position[:], guide.velocity[:], guide.present[:] = each["position"], each["velocity"], each["present"]
+        guide.position[:], guide.velocity[:] = each["position"], each["velocity"]
+        guide.present[:] = each["present"]
         new = guidance.head_for(each["target"], each["tolerance"], each["stop"], joined)
         guidance.note_arrivals(np.where(new[:, None], guide.position, before))
         guidance.update(now, self.period)
-        each["target"], each["tolerance"], each["stop"] = guide.target, guide.tolerance, guide.stop
+        each["target"], each["tolerance"] = guide.target, guide.tolerance
+        each["stop"] = guide.stop
         each["final"] = (guide.target == guide.goal).all(axis=1)
 
 

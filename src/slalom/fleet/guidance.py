@@ -109,7 +109,9 @@ class Guidance:
     ) -> None:
         n, self.margin = len(radii), margin
         self.threads = kernels.threads() if threads is None else threads
-        self._world_period, self._updates, self._reach = world_period, 0, np.full((2, 2), np.nan)
+        self._world_period = world_period
+        self._updates = 0
+        self._reach = np.full((2, 2), np.nan)
         parts = [part for obstacle in obstacles if obstacle.at_rest for part in outline_parts(obstacle, start)]
         self._outlines = [(_outline(part.corners), part.radius) for part in parts]
         self.grid = Grid(np.zeros(2), 1.0, np.full((1, 1), np.inf), np.full((1, 1), np.inf))
@@ -138,9 +140,13 @@ class Guidance:
         """Set the goals (n, 3) [m] of the robots; those that `joined` (n,) or have another goal begin anew: (n,)."""
         guide = self.guide
         new = joined | (np.linalg.norm(goals - guide.goal, axis=1) > tolerances)
-        guide.goal[:], guide.goal_tolerance[:], guide.goal_stop[:] = goals, tolerances, stop
+        guide.goal[:] = goals
+        guide.goal_tolerance[:] = tolerances
+        guide.goal_stop[:] = stop
         guide.waypoint[new] = guide.target[new] = goals[new]
-        guide.waiting_time[new], guide.yielding[new], guide.circle[new] = 0.0, 0.0, 0.0
+        guide.waiting_time[new] = 0.0
+        guide.yielding[new] = 0.0
+        guide.circle[new] = 0.0
         guide.arrived[new] = guide.visited[new] = False
         return np.asarray(new)
 
@@ -176,7 +182,9 @@ class Guidance:
 
     def _search_waypoints(self) -> None:
         """Set waypoints around obstacles and robots at rest; each robot searches at its decision of the interval."""
-        guide, search, rows = self.guide, kernels.update_waypoints, np.arange(len(self.guide.radius))
+        guide = self.guide
+        search = kernels.update_waypoints
+        rows = np.arange(len(self.guide.radius))
         still = np.linalg.norm(guide.velocity, axis=1) < PARKED_SPEED
         parked = np.flatnonzero(guide.present & guide.arrived & still)
         due = np.flatnonzero(guide.present & ~guide.arrived & ((rows + self._updates) % WAYPOINT_INTERVAL == 0))

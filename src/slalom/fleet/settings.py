@@ -138,7 +138,9 @@ class Policy:
     """
 
     def __init__(self, navigator: Settings, rows: Indices, publishes: Flags) -> None:
-        self.method, self.rows, self.horizon = navigator.method, rows, navigator.horizon
+        self.method = navigator.method
+        self.rows = rows
+        self.horizon = navigator.horizon
         self._settings = navigator.numbers(among=True)._replace(shared=self.method.shared)
         self.published = publishes & self.method.shared
         self._forecast = linear_forecast(self.method.robot_forecast, FORECAST_HORIZONS * self.horizon)

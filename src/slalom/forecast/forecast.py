@@ -121,11 +121,9 @@ class AtConstantTurn:
     includes_future: ClassVar[bool] = False
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
-        position, velocity, acceleration = (
-            trajectory.position(now),
-            trajectory.velocity(now),
-            trajectory.acceleration(now),
-        )
+        position = trajectory.position(now)
+        velocity = trajectory.velocity(now)
+        acceleration = trajectory.acceleration(now)
         speed_squared = float(velocity @ velocity)
         across = (
             acceleration - velocity * float(acceleration @ velocity) / speed_squared

@@ -534,7 +534,9 @@ def _ahead(
     """
     found, pasts = dict[int, _Ahead](), list[_Past]()
     for k, trajectory in enumerate(trajectories):
-        position, first, usual = trajectory.position(now), trajectory.span[0], _spacing(trajectory, now)
+        position = trajectory.position(now)
+        first = trajectory.span[0]
+        usual = _spacing(trajectory, now)
         spacing = min(usual, (now - first) / FEWEST_PAST)
         if spacing > 0.0:
             count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
@@ -616,7 +618,9 @@ def _joined(ahead: "Sequence[tuple[_Past, Continuation]]", now: float) -> list[P
     velocities = np.stack([one.velocities for _, one in ahead]) / spacing
     h = spacing * np.diff(MODEL_KNOTS)[:, None]
     chord = np.diff(places, axis=1) / h
-    before, after, still = velocities[:, :-1], velocities[:, 1:], 0.0 * position
+    before = velocities[:, :-1]
+    after = velocities[:, 1:]
+    still = 0.0 * position
     curves = [places[:, :-1], before, (3.0 * chord - 2.0 * before - after) / h, (before + after - 2.0 * chord) / h**2]
     last = np.stack([places[:, -1:], velocities[:, -1:], still, still], axis=2)
     coefficients = np.concatenate([np.stack(curves, axis=2), last], axis=1)

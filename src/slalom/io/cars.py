@@ -21,7 +21,9 @@ CORNERS: Final = ("id", "frame", "x", "y", "width", "height")
 
 CASES: Final = ("track_id", "timestamp_ms", "x", "y")
 
-_SUFFIX, _RATE, _CLASSES = "_tracks.csv", "_recordingMeta.csv", "_tracksMeta.csv"
+_SUFFIX = "_tracks.csv"
+_RATE = "_recordingMeta.csv"
+_CLASSES = "_tracksMeta.csv"
 
 
 def drone(path: Path, *, frame_rate: float | None = None) -> Rows:

@@ -73,7 +73,9 @@ def project(
 
 def _geocentric(latitude: npt.ArrayLike, longitude: npt.ArrayLike, altitude: npt.ArrayLike) -> Array:
     """Return geocentric X, Y, Z (..., 3) [m] of latitude and longitude [degree] and altitude [m]."""
-    p, q, h = np.radians(latitude), np.radians(longitude), np.asarray(altitude, dtype=np.float64)
+    p = np.radians(latitude)
+    q = np.radians(longitude)
+    h = np.asarray(altitude, dtype=np.float64)
     normal = AXIS / np.sqrt(1.0 - ECCENTRICITY_SQUARED * np.sin(p) ** 2)
     horizontal = (normal + h) * np.cos(p)
     return np.stack(

@@ -180,7 +180,11 @@ def trajnet(path: Path, *, frame_rate: float | None = None) -> Rows:
     Raises:
         InvalidFile: a line that is neither a scene nor a track, scenes of different fps.
     """
-    rows, lines, rates, mistakes, predicted = [], [], dict[float, int](), list[Mistake](), 0
+    rows = []
+    lines = []
+    rates = dict[float, int]()
+    mistakes = list[Mistake]()
+    predicted = 0
     for number, line in enumerate(text_of(path).split("\n"), start=1):
         if not line.strip():
             continue
@@ -203,7 +207,9 @@ def trajnet(path: Path, *, frame_rate: float | None = None) -> Rows:
     mistakes += [(rates[fps], f"fps: expected {first:g} as in line {rates[first]}, found {fps:g}") for fps in others]
     refuse(path, mistakes)
     table = Table(path, "fpxy", rows, lines)
-    ids, frames, positions = table.ids("p", whole=True), table.numbers("f", whole=True), table.positions("x", "y")
+    ids = table.ids("p", whole=True)
+    frames = table.numbers("f", whole=True)
+    positions = table.positions("x", "y")
     refuse(path, table.mistakes)
     rate = first * max(_frame_step(frames), 1) if frame_rate is None else positive(frame_rate, "frame_rate")
     notes = [f"{counted(predicted, 'predicted row')} left out"] if predicted else []

@@ -186,7 +186,9 @@ def tracks_of(
     if twice.size:
         owners = named(rows.labels[k] for k in rows.agents[twice])
         notes.append(f"{counted(twice.size, 'duplicate row')} of {owners} dropped: identical time and position")
-    agents, times, positions = rows.agents[order], rows.times[order], rows.positions[order]
+    agents = rows.agents[order]
+    times = rows.times[order]
+    positions = rows.positions[order]
     step = np.diff(times)
     same = np.diff(agents) == 0
     split = same & (step > longest + STAMP_ROUNDING)
@@ -234,7 +236,9 @@ def _unsorted(rows: Rows) -> list[str]:
 def _sorted(rows: Rows) -> tuple[Indices, Indices]:
     """Return row indices sorted by agent, time and line, without duplicates, and the indices of the duplicates."""
     order = np.lexsort((rows.times, rows.agents))
-    agents, times, positions = rows.agents[order], rows.times[order], rows.positions[order]
+    agents = rows.agents[order]
+    times = rows.times[order]
+    positions = rows.positions[order]
     repeated = (np.diff(agents) == 0) & (np.diff(times) == 0) & np.all(np.diff(positions, axis=0) == 0, axis=1)
     twice = np.concatenate([[False], repeated])
     return order[~twice], order[twice]

@@ -115,13 +115,11 @@ class Table:
         location: str = LINE_LOCATION,
         underscores: bool = True,
     ) -> None:
-        self.path, self.names, self.rows, self.location, self.underscores = (
-            path,
-            list(names),
-            rows,
-            location,
-            underscores,
-        )
+        self.path = path
+        self.names = list(names)
+        self.rows = rows
+        self.location = location
+        self.underscores = underscores
         self.lines = np.fromiter(lines, dtype=np.int64, count=len(rows))
         self.mistakes: list[Mistake] = []
         if not rows:
@@ -258,7 +256,9 @@ def comma_table(path: Path, *needed: Sequence[str]) -> Table:
     """
     text = text_of(path)
     reader = csv.reader(io.StringIO(text), strict=True)
-    rows, lines, line = [], [], 1
+    rows = []
+    lines = []
+    line = 1
     try:
         for cells in reader:
             if cells and (cells[0].strip() or any(map(str.strip, cells))):
@@ -276,7 +276,9 @@ def comma_table(path: Path, *needed: Sequence[str]) -> Table:
 
 def spaced_rows(path: Path, comment: str = "#") -> tuple[list[list[str]], list[int], list[str]]:
     """Read cells separated by white space; return the rows, their line numbers, and the comment lines."""
-    rows, lines, comments = [], [], []
+    rows = []
+    lines = []
+    comments = []
     for number, line in enumerate(text_of(path).split("\n"), start=1):
         cells = line.split()
         if cells and cells[0].startswith(comment):

@@ -32,6 +32,7 @@ def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     address, *values = (
         context.cast(builder, value, found, to) for value, found, to in zip(arguments, signature.args, wanted)
     )
-    whole, real = ir.IntType(64), ir.DoubleType()
+    whole = ir.IntType(64)
+    real = ir.DoubleType()
     function = ir.FunctionType(real, [whole, whole, real, real]).as_pointer()
     return builder.call(builder.inttoptr(address, function), values)

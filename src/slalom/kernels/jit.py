@@ -100,8 +100,10 @@ class _KernelCache(FunctionCache):
 
     def __init__(self, function: Callable[..., Any], what: str) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        self._what, self._sources = what, sources_digest(Path(function.__code__.co_filename))
-        base, stamp = self._impl.filename_base, self._impl.locator.get_source_stamp()
+        self._what = what
+        self._sources = sources_digest(Path(function.__code__.co_filename))
+        base = self._impl.filename_base
+        stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _KernelFiles(self._cache_path, base, stamp)  # type: ignore[no-untyped-call]
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
@@ -153,7 +155,8 @@ class _CacheOnUse:
     """The cache of one function, made when it is first used: a process that decides once uses 2 of 450."""
 
     def __init__(self, function: Callable[..., Any], what: str) -> None:
-        self._function, self._what = function, what
+        self._function = function
+        self._what = what
 
     @cached_property
     def _cache(self) -> Any:
@@ -209,7 +212,8 @@ def kernel(
         return template(tuple(types.unliteral(arg) for arg in args), kws)  # type: ignore[no-untyped-call]
 
     entry = _cached(compiled(**of_entry)(function), function, "entry")
-    entry.get_call_template, entry.get_overload = get_call_template, part.get_overload
+    entry.get_call_template = get_call_template
+    entry.get_overload = part.get_overload
     entry.compile = _quickly(entry.compile)
     return cast(F, entry)
 

@@ -69,7 +69,8 @@ class EntryLibrary(JITCodeLibrary):
 def _optimize(module: Any, machine: Any, *, loops: bool) -> None:
     """Optimise the code of a module; with `loops` they are unrolled and turned into vector instructions."""
     tuning = llvm.create_pipeline_tuning_options()
-    tuning.speed_level, tuning.slp_vectorization = 3, False
+    tuning.speed_level = 3
+    tuning.slp_vectorization = False
     tuning.loop_vectorization = tuning.loop_unrolling = loops
     builder = llvm.create_pass_builder(machine, tuning)
     passes = builder.getModulePassManager()
@@ -102,7 +103,8 @@ def _has_no_array(ty: Any) -> bool:
 
 @register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[no-untyped-call]
 class _Lowering(NativeLowering):
-    _name, lowering_class = "lowering_without_counts", _Lower
+    _name = "lowering_without_counts"
+    lowering_class = _Lower
 
 
 class VectorCompiler(Compiler):
@@ -143,7 +145,8 @@ class VectorPartCompiler(PartCompiler):
     kept_as = VectorPartLibrary
 
 
-_ask, _found = types.BaseFunction.get_call_type, dict[Any, Any]()
+_ask = types.BaseFunction.get_call_type
+_found = dict[Any, Any]()
 
 
 def _asked_once(function: Any, context: Any, args: Any, named: Any) -> Any:

@@ -82,7 +82,9 @@ def robot_of(found: Recorded, robot: int) -> int:
 
 def looked_at(found: Recorded, robot: int, interval: float | None = None) -> Iterator[Seen]:
     """Return the decisions of a robot of a recorded run at some of its steps; none without a known method."""
-    scenario, steps, method = found.scenario, found.steps, found.method
+    scenario = found.scenario
+    steps = found.steps
+    method = found.method
     if method is None:
         return
     if interval is None:

@@ -62,7 +62,10 @@ class Targets:
         return Goal(Stationary(target), float(tolerance), bool(stop))
 
     def _advance(self, steps: Sequence[Step]) -> None:
-        scenario, states, guide, d = self._scenario, self._states, self._guidance.guide, self._scenario.dimension
+        scenario = self._scenario
+        states = self._states
+        guide = self._guidance.guide
+        d = self._scenario.dimension
         k = len(self._known)
         step, now = steps[k], scenario.start + k * scenario.dt
         if k:
@@ -144,7 +147,9 @@ def last_outcome(steps: Sequence[Step], k: int, robot: int) -> str:
 
 def obstacles_of(scenario: Scenario, method: Method, state: State, now: float, robot: int = 0) -> tuple[Other, ...]:
     """Return the obstacles as a robot predicts them; in a periodic world the image that is nearest now."""
-    margin, forecast, found = scenario.margin_of(robot), method.forecast, []
+    margin = scenario.margin_of(robot)
+    forecast = method.forecast
+    found = []
     for index, obstacle in enumerate(scenario.obstacles):
         if not (forecast.includes_future or obstacle.exists(now)):
             continue
@@ -325,7 +330,9 @@ def seen_among(
     of the avoidance is not part of the picture. `goal`: what it drives to; by default its own goal, see `Targets`.
     """
     own = scenario.robots[robot].method or method
-    navigator, now, state = scenario.navigator(own, robot), scenario.start + scenario.dt * k, state_at(steps, k, robot)
+    navigator = scenario.navigator(own, robot)
+    now = scenario.start + scenario.dt * k
+    state = state_at(steps, k, robot)
     others = (*obstacles_of(scenario, own, state, now, robot), *robots_of(scenario, own, steps, k, robot))
     manoeuvre, outcome = committed(scenario, steps, k, robot), last_outcome(steps, k, robot)
     to = scenario.robots[robot].goal if goal is None else goal

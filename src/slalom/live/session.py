@@ -128,7 +128,9 @@ class Replayed:
 
     def __init__(self, found: Recorded) -> None:
         self._found = found
-        self.steps, self.end, self.arrived = found.steps, found.end, found.arrived
+        self.steps = found.steps
+        self.end = found.end
+        self.arrived = found.arrived
         self._making = None if found.method is None else decisions(found.scenario, found.method, found.steps)
         self._decisions: list[Decision] = []
 
@@ -273,7 +275,9 @@ class Session:
     """
 
     def __init__(self, scenario: Scenario, method: Method, recorded: Recorded | None = None) -> None:
-        self.scenario, self.method, self.recorded = scenario, method, recorded
+        self.scenario = scenario
+        self.method = method
+        self.recorded = recorded
         self.compared: Method | None = None
         self.robot, self.response = 0, -1
         self._box = Scene(scenario, [] if recorded is None else recorded.steps)
@@ -482,7 +486,9 @@ class Session:
         return self._restarted(answers)
 
     def _method(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        before, recorded, self.method = self.method, self.recorded, method_of(str(_given(command, "name")))
+        before = self.method
+        recorded = self.recorded
+        self.method = method_of(str(_given(command, "name")))
         self.response = -1
         if recorded is not None:
             self._remember()

@@ -362,7 +362,9 @@ class ExpectedLoss:
         self, plan: tuple[float, Decision], moment: "_Moment", follower: tuple[LookAhead, Sequence[Obstacle]]
     ) -> Decision | None:
         """The deviation of least cost; None if none costs less than the plan by DEVIATION_GAIN."""
-        navigator, now, motion = self.robot.navigator, moment.now, plan[1].manoeuvre
+        navigator = self.robot.navigator
+        now = moment.now
+        motion = plan[1].manoeuvre
         times, highest = self._times(now), plan[0] - DEVIATION_GAIN
         others = Deviations.of(motion, moment.state, navigator.limits, self._stage, now)
         places = others.positions(times)
@@ -390,7 +392,10 @@ class ExpectedLoss:
         self, deviation: Manoeuvre, moment: "_Moment", follower: tuple[LookAhead, Sequence[Obstacle]]
     ) -> float:
         """Cost [s] of the first stage of a deviation and of the plan of `follower` after it."""
-        (robot, around), goal, times, then = follower, moment.goal, self._times(moment.now), moment.now + self._stage
+        (robot, around) = follower
+        goal = moment.goal
+        times = self._times(moment.now)
+        then = moment.now + self._stage
         places, state = deviation.position(times), State(deviation.position(then), deviation.velocity(then))
         left = 0.0
         if np.linalg.norm(state.position - goal.trajectory.position(then)) > goal.tolerance:

@@ -314,11 +314,15 @@ class Search:
 
         Without a node if none of the tested sequences qualifies. `horizon` is in [s] from `now`.
         """
-        count, tree, problem = self.tree.counts[NODES], self.tree, self.problem
+        count = self.tree.counts[NODES]
+        tree = self.tree
+        problem = self.problem
         nodes = np.flatnonzero(tree.status[:count] == OPEN) if not self.full else np.empty(0, np.int64)
         nodes = nodes[np.argsort(tree.cost[nodes], kind="stable")]
         for node in [int(k) for k in nodes if self._descends(int(k))][:MAX_STOP_TESTS]:
-            position, velocity, start = tree.position[node], tree.velocity[node], float(tree.time[node])
+            position = tree.position[node]
+            velocity = tree.velocity[node]
+            start = float(tree.time[node])
             speed = float(np.linalg.norm(velocity))
             periods = speed / problem.max_acceleration / problem.period
             brake = max(1, int(np.ceil(periods - WHOLE_COUNT))) * problem.period
@@ -401,7 +405,10 @@ def _new_tree(state: State, now: float) -> SearchTree:
         cells=np.zeros(cells, np.int64),
         counts=np.array([1, -1]),
     )
-    tree.time[0], tree.cost[0], tree.status[0], tree.acceleration[0] = now, 0.0, OPEN, 0.0
+    tree.time[0] = now
+    tree.cost[0] = 0.0
+    tree.status[0] = OPEN
+    tree.acceleration[0] = 0.0
     tree.position[0], tree.velocity[0] = _padded(state.position), _padded(state.velocity)
     return tree
 

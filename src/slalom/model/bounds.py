@@ -107,7 +107,9 @@ def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
     least = min(abs(x), abs(y), abs(z))
     p, q, r = (0.0, z, -y) if abs(x) == least else (-z, 0.0, x) if abs(y) == least else (y, -x, 0.0)
     length = np.sqrt(p * p + q * q + r * r)
-    p, q, r = p / length, q / length, r / length
+    p = p / length
+    q = q / length
+    r = r / length
     return np.array([(x, y, z), (p, q, r), (y * r - z * q, z * p - x * r, x * q - y * p)])
 
 

@@ -185,7 +185,9 @@ class Goal:
             shortest: [s] the least time for which the robot holds an acceleration. To stop takes at least twice this
                 time, or once where it brakes to rest within the tolerance.
         """
-        most, top, braking = limits.max_acceleration, limits.max_speed, BRAKING_SHARE * limits.braking
+        most = limits.max_acceleration
+        top = limits.max_speed
+        braking = BRAKING_SHARE * limits.braking
         duration = 0.0
         if self.stop:
             away, relative = self.position(now) - position, velocity - self.velocity(now)

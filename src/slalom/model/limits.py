@@ -205,7 +205,10 @@ class Limits:
         acceleration_peaks = response.acceleration_peaks(state, horizon)
         speed = sqrt(state.velocity.dot(state.velocity))
         fastest = kernels.allowed_speed(self.max_speed, speed, self.braking, response.settled(horizon))
-        centers, radii, normals, offsets = [], [], [], []
+        centers = []
+        radii = []
+        normals = []
+        offsets = []
         for peak in speed_peaks:
             centers.append((0.0 - peak.drift) / peak.gain)
             radii.append(fastest / float(peak.gain))

@@ -155,7 +155,10 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
     changes of position and velocity; its deviation from them stays as it is. Before the first one it keeps its
     velocity. A heading of the state stays as it was measured.
     """
-    position, velocity, acceleration, time = state.position, state.velocity, state.acceleration, measured
+    position = state.position
+    velocity = state.velocity
+    acceleration = state.acceleration
+    time = measured
     starts = [*(manoeuvre.start for manoeuvre in manoeuvres), np.inf]
     for manoeuvre, end in zip(manoeuvres, np.minimum(starts[1:], now).tolist()):
         if end <= max(time, manoeuvre.start):
@@ -166,7 +169,9 @@ def state_after(manoeuvres: Sequence[Manoeuvre], state: State, measured: float, 
         else:
             error = velocity - manoeuvre.velocity(time)
         position = position + manoeuvre.position(end) - manoeuvre.position(time) + (end - time) * error
-        velocity, acceleration, time = manoeuvre.velocity(end) + error, manoeuvre.acceleration(end), end
+        velocity = manoeuvre.velocity(end) + error
+        acceleration = manoeuvre.acceleration(end)
+        time = end
     return State(position + (now - time) * velocity, velocity, acceleration, state.heading)
 
 

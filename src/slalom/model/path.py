@@ -44,8 +44,12 @@ class Path(NamedTuple):
         a, b = ((times[:-1] - self.times[k]) / h).reshape(shape), ((times[1:] - self.times[k]) / h).reshape(shape)
         p0, p1, p2, p3 = np.moveaxis(self.points[k], -2, 0)
         # The control points are the values of the blossom at (a, a, a), (a, a, b), (a, b, b), (b, b, b).
-        a01, a12, a23 = p0 + (p1 - p0) * a, p1 + (p2 - p1) * a, p2 + (p3 - p2) * a
-        b01, b12, b23 = p0 + (p1 - p0) * b, p1 + (p2 - p1) * b, p2 + (p3 - p2) * b
+        a01 = p0 + (p1 - p0) * a
+        a12 = p1 + (p2 - p1) * a
+        a23 = p2 + (p3 - p2) * a
+        b01 = p0 + (p1 - p0) * b
+        b12 = p1 + (p2 - p1) * b
+        b23 = p2 + (p3 - p2) * b
         aa, aa2 = a01 + (a12 - a01) * a, a12 + (a23 - a12) * a
         ab, ab2 = a01 + (a12 - a01) * b, a12 + (a23 - a12) * b
         bb, bb2 = b01 + (b12 - b01) * b, b12 + (b23 - b12) * b

@@ -54,7 +54,10 @@ def sum_of_shapes(shape: Shape, robot: Shape) -> MinkowskiSum:
 @lru_cache(maxsize=4096)
 def _minkowski_sum(shape: Shape, robot: Shape, angle: float | None) -> MinkowskiSum:
     d = shape.dimension
-    offsets, corners, radii, unordered = [], [], [], []
+    offsets = []
+    corners = []
+    radii = []
+    unordered = []
     for part in shape.parts:
         for other in robot.parts:
             both_polygonal = len(part.corners) > 1 and len(other.corners) > 1
@@ -266,7 +269,9 @@ def joined(
     spread = np.concatenate([shape.hull_radius for shape in shapes])
     point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
     hull, each = np.where(point, -1, np.arange(count)), passive_bodies(count)
-    each["owner"], each["hull_radius"], each["uncertain"] = owner, spread, ~np.repeat(plain, sizes)
+    each["owner"] = owner
+    each["hull_radius"] = spread
+    each["uncertain"] = ~np.repeat(plain, sizes)
     each["radius"] = np.concatenate([shape.radius for shape in shapes])
     each["at_rest"] = np.repeat([obstacles[index].contact_at_rest for index in indices], sizes)
     return Bodies(
@@ -290,7 +295,9 @@ def pieces_of_each(
 
     decided: when they were predicted [s]; None: at the start.
     """
-    shapes, indices, spans = [], [], []
+    shapes = []
+    indices = []
+    spans = []
     for index, (obstacle, duration) in enumerate(zip(obstacles, until.tolist())):
         first, last = obstacle.trajectory.span
         begin, end = max(start, first), min(start + duration, last)
@@ -418,7 +425,9 @@ def rows_of(
         points = path.points + shape.offsets
     else:
         points = (path.points[None] + shape.offsets[:, None, None]).reshape(b * n, 4, -1)
-        times, radius, growth = np.tile(times, (b, 1)), np.tile(radius, b), np.tile(growth, b)
+        times = np.tile(times, (b, 1))
+        radius = np.tile(radius, b)
+        growth = np.tile(growth, b)
         turns = None if turns is None else np.tile(turns, (b, 1, 1))
     turns = _ahead(b * n) if turns is None else turns
     return Pieces(times, points, radius, growth, turns, np.repeat(np.arange(b), n))
@@ -436,7 +445,9 @@ NO_TURNS = np.empty((0, 4, 2))
 
 def no_bodies(d: int) -> Bodies:
     """No bodies, in dimension d."""
-    none, no, never = np.empty(0), np.empty(0, np.int64), np.empty(0, np.bool_)
+    none = np.empty(0)
+    no = np.empty(0, np.int64)
+    never = np.empty(0, np.bool_)
     return Bodies(
         Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no),
         balls=np.empty((0, 4)),

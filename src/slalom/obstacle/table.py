@@ -202,7 +202,10 @@ class ObstacleTable:
             for obstacle in self.given:
                 obstacle.known_at(start)
         if self._at_rest:
-            stretch, horizon, begin, end = 0, 0.0, -LARGEST, LARGEST
+            stretch = 0
+            horizon = 0.0
+            begin = -LARGEST
+            end = LARGEST
         else:
             length = STRETCH_HORIZONS * horizon
             stretch = int(np.floor(start / length))

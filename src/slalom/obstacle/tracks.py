@@ -97,7 +97,9 @@ class Tracks:
         listing(ids, "names", "ids")
         if len(ids) not in (0, n):
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")
-        self.radii, self.t, self.ids = np.full(n, radius), number(t, "t"), tuple(ids) or tuple(range(n))
+        self.radii = np.full(n, radius)
+        self.t = number(t, "t")
+        self.ids = tuple(ids) or tuple(range(n))
         self.uncertainties: tuple[Uncertainty | None, ...]
         if uncertainty is None or isinstance(uncertainty, Uncertainty):
             self.uncertainties = (uncertainty,) * n
@@ -253,7 +255,9 @@ class Tracks:
             found = pieces_of_each(self.obstacles, robot, start, until, decided=self.t)
             found.each["world"] = self.worlds[found.each["owner"]]
             return found
-        shape, n, k = sum_of_shapes(round_shape(0.0, self.dimension), robot), len(self), len(rule.shares)
+        shape = sum_of_shapes(round_shape(0.0, self.dimension), robot)
+        n = len(self)
+        k = len(rule.shares)
         b, d = len(shape.radius), self.dimension
         points = np.asarray(rule.points(self.states)[:, None] + shape.offsets[:, None, None])
         total = n * b

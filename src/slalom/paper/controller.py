@@ -107,7 +107,9 @@ def decide(
 
 def latest_collision(preferred: Array, ball: Admissible, blocked: ControlObstacle, accuracy: float = 0.01) -> Array:
     """Return the acceleration (2,) with the latest collision, to `accuracy` [s], by bisection of the horizon."""
-    low, high, best = 0.0, blocked.horizon, preferred
+    low = 0.0
+    high = blocked.horizon
+    best = preferred
     while high - low > accuracy:
         middle = 0.5 * (low + high)
         choice = select(preferred, ball, replace(blocked, horizon=middle))
@@ -123,7 +125,10 @@ def run(
 ) -> Run:
     """Simulate from `start` until the robot is RIM_RADIUS away from the centre again, at most `max_duration` [s]."""
     lanes = CarLanes(obstacles, known=METHODS[rules.method].forecast == Known())
-    state, current, has_left, reached = start, None, False, False
+    state = start
+    current = None
+    has_left = False
+    reached = False
     robot = Robot(ROBOT, Limits(UNREACHED_SPEED, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
     scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan, horizon=rules.horizon)
     log = RunLog(scenario, rules.method, 0, METHODS[rules.method].foresight)

@@ -36,11 +36,16 @@ def panels(extents: Sequence[Extent], *, width: float, gap: float = 0.5, bar: bo
         width: of the figure [inch]. gap: between panels [inch]. bar: whether a colour bar follows.
         legend: lines of text below the panels.
     """
-    left, right, bottom, top = 0.44, 0.52 if bar else 0.08, 0.4 + 0.15 * legend, 0.24
+    left = 0.44
+    right = 0.52 if bar else 0.08
+    bottom = 0.4 + 0.15 * legend
+    top = 0.24
     ratios = [(b - a) / (d - c) for a, b, c, d in extents]
     height = (width - left - right - gap * (len(extents) - 1)) / sum(ratios)
     total_height = bottom + height + top
-    figure, axes, x = Figure(figsize=(width, total_height)), [], left
+    figure = Figure(figsize=(width, total_height))
+    axes = []
+    x = left
     for (a, b, c, d), ratio in zip(extents, ratios):
         ax = figure.add_axes((x / width, bottom / total_height, height * ratio / width, height / total_height))
         ax.set(xlim=(a, b), ylim=(c, d))

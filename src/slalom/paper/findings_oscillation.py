@@ -13,7 +13,9 @@ MAX_REMAINING_SHARE: Final = 0.1
 
 def oscillation(result: Result) -> list[str]:
     """Render the findings of claim `oscillation`: side flips, heading variation, and conclusions."""
-    scenario, passing, drawn = result["scenario"], result["passing"], result["drawn"]
+    scenario = result["scenario"]
+    passing = result["passing"]
+    drawn = result["drawn"]
     few, many = result["seeds"], result["seeds_of_many"]
     return [
         paragraph(
@@ -99,7 +101,9 @@ def _listed(values: dict[str, float], form: str) -> str:
 
 def _verdict(result: Result) -> str:
     """State whether consistent selection removes the oscillations, and which part of it does."""
-    sentences, holds, remaining = [], [], []
+    sentences = []
+    holds = []
+    remaining = []
     for many in (False, True):
         flips, turns = (_means(result, name, many) for name in ("side_flips", "heading_variation"))
         if not flips:

@@ -77,11 +77,9 @@ def _effects(rows: Sequence[Result]) -> str:
             if {(one, replan), (other, replan)} <= found.keys()
         ]
 
-    control, forecast, acceleration = (
-        shares(of_control, "mean_jerk"),
-        shares(of_forecast, "mean_jerk"),
-        shares(of_control, "mean_acceleration"),
-    )
+    control = shares(of_control, "mean_jerk")
+    forecast = shares(of_forecast, "mean_jerk")
+    acceleration = shares(of_control, "mean_acceleration")
     if not (control and forecast):
         return ""
     if max(control) < 1.0:

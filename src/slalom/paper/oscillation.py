@@ -28,7 +28,13 @@ HALF_SIDE: Final = 9.0
 MIN_HEADING_VARIATION: Final = 0.1
 """[rad] Lower limit of the axis of heading variation; robots that block each other at rest have less."""
 MEASURES: Final = (("side_flips", "side flips per robot"), ("heading_variation", "heading variation [rad]"))
-LEFT, RIGHT, TOP, BOTTOM, GAP, ROW, PLOT = 0.5, 0.08, 0.24, 0.62, 0.12, 0.42, 1.1
+LEFT = 0.5
+RIGHT = 0.08
+TOP = 0.24
+BOTTOM = 0.62
+GAP = 0.12
+ROW = 0.42
+PLOT = 1.1
 """[inch] Margins of the figure, between columns, between rows; height of the plots."""
 
 

@@ -139,7 +139,11 @@ def _figure(
 
 def _columns(count: int) -> tuple[Figure, list[Axes], list[Axes]]:
     """Return a figure with two rows of `count` square panels, across a page from three columns on."""
-    gap, base, middle, top, right = 0.47, 0.4, 0.46, 0.24, 0.55
+    gap = 0.47
+    base = 0.4
+    middle = 0.46
+    top = 0.24
+    right = 0.55
     width = PAGE if count > 2 else 0.75 * PAGE
     side = (width - 0.44 - right - gap * (count - 1)) / count
     total_height = base + side + middle + side + top

@@ -100,7 +100,9 @@ def aggregate(cell: Cell, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
     """Measure the whole sweep and, with a third of the seeds, the variants of one of its cells."""
-    grid, variants, variant_seeds = cells(quick), sensitivity()[: 2 if quick else None], max(1, seeds // 3)
+    grid = cells(quick)
+    variants = sensitivity()[: 2 if quick else None]
+    variant_seeds = max(1, seeds // 3)
     work = seeds * len(grid), variant_seeds * len(variants)
     share = work[0] / sum(work)
     return {

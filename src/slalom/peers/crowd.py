@@ -193,7 +193,9 @@ def _rotation(obstacle: Obstacle) -> Array:
 
 def discs(obstacles: Iterable[Obstacle], now: float, growth: float = 0.0) -> Discs:
     """Round parts of the obstacles that exist at `now` [s], grown by their present uncertainty and `growth` [m]."""
-    positions, velocities, radii = [], [], []
+    positions = []
+    velocities = []
+    radii = []
     for obstacle in obstacles:
         round_parts = [part for part in obstacle.shape.parts if len(part.corners) == 1]
         if not round_parts or not obstacle.exists(now):

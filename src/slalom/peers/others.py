@@ -49,7 +49,9 @@ class Rvo2:
 
     def _begin(self, radii: Array) -> None:
         """Build a new simulator, because agents cannot be removed from one."""
-        team, horizon, walls = self._team, self._horizon, self._wall_horizon
+        team = self._team
+        horizon = self._horizon
+        walls = self._wall_horizon
         simulator = self._library.RVOSimulator(team.period, 0.0, 0, horizon, walls, 0.0, 0.0)
         for radius, speed in zip(team.radii, team.max_speeds):
             simulator.add_agent((0.0, 0.0), 0.0, self._neighbours, horizon, walls, float(radius), float(speed))
@@ -93,7 +95,9 @@ class Behaviours:
         unknown = [name for name in settings if name not in known]
         if unknown:
             raise InvalidInput(f"setting of {kind}: expected one of {', '.join(sorted(known))}; found {unknown[0]!r}")
-        self._team, self._time_horizon, self._behaviours = team, positive(time_horizon, "time_horizon"), []
+        self._team = team
+        self._time_horizon = positive(time_horizon, "time_horizon")
+        self._behaviours = []
         self._speeds = team.max_speeds.copy()
         for radius, speed in zip(team.radii, team.max_speeds):
             behaviour = library.Behavior.make_type(kind)

@@ -76,15 +76,13 @@ class Peer:
         return self.crowd(team._replace(radii=radii))
 
 
-ORCA, HRVO, HL, FORCE, WINDOW, PATH_INTEGRAL, BARRIER = (
-    "van den Berg, Guy, Lin and Manocha, Robotics Research (STAR 70), 2011",
-    "Snape, van den Berg, Guy and Manocha, IEEE T-RO 27(4), 2011",
-    "Guzzi, Giusti, Gambardella, Theraulaz and Di Caro, ICRA 2013",
-    "Helbing and Molnar, Physical Review E 51(5), 1995",
-    "Fox, Burgard and Thrun, IEEE Robotics and Automation Magazine 4(1), 1997",
-    "Williams, Aldrich and Theodorou, Journal of Guidance, Control, and Dynamics 40(2), 2017",
-    "Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017",
-)
+ORCA = "van den Berg, Guy, Lin and Manocha, Robotics Research (STAR 70), 2011"
+HRVO = "Snape, van den Berg, Guy and Manocha, IEEE T-RO 27(4), 2011"
+HL = "Guzzi, Giusti, Gambardella, Theraulaz and Di Caro, ICRA 2013"
+FORCE = "Helbing and Molnar, Physical Review E 51(5), 1995"
+WINDOW = "Fox, Burgard and Thrun, IEEE Robotics and Automation Magazine 4(1), 1997"
+PATH_INTEGRAL = "Williams, Aldrich and Theodorou, Journal of Guidance, Control, and Dynamics 40(2), 2017"
+BARRIER = "Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017"
 MAX_NEIGHBOURS: Final = 30
 """[1] Neighbours that ORCA and HRVO consider."""
 TIME_HORIZON: Final = 10.0

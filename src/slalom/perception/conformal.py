@@ -161,7 +161,9 @@ class Calibration:
 
     def radii(self) -> Array:
         """Radius (k,) [m] for each of the k prediction times."""
-        found, before, earlier = [], 0.0, 1.0
+        found = []
+        before = 0.0
+        earlier = 1.0
         for lead, h in zip(self._leads, self.leads, strict=True):
             known, enough = _quantile(lead)
             if not enough and sum(lead.weights) < CONFORMAL_FEW:

@@ -79,7 +79,9 @@ class Reciprocity:
             agents[name] = agent
             due = agent.due + self.doubt
             shares[k] = min(max(agent.done / due, 0.0), 0.5) if due > 0.0 else 0.0
-        self._time, self._own, self._agents = tracks.t, state.velocity, agents
+        self._time = tracks.t
+        self._own = state.velocity
+        self._agents = agents
         return tracks.with_shares(shares)
 
     def _learn(self, agent: _Seen, velocity: Array, radius: float, step: float) -> None:

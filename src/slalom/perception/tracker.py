@@ -119,10 +119,14 @@ class ConstantVelocityFilter:
         return Gaussian(mean, first)
 
     def predict(self, belief: Gaussian, duration: float) -> Gaussian:
-        d, t, noise = belief.mean.size // 2, duration, self.acceleration**2 * np.eye(belief.mean.size // 2)
+        d = belief.mean.size // 2
+        t = duration
+        noise = self.acceleration**2 * np.eye(belief.mean.size // 2)
         place, velocity = belief.mean[:d], belief.mean[d:]
         # In blocks of position and velocity: products with the sparse matrix of the step take four times as long.
-        of_place, mixed, of_velocity = belief.covariance[:d, :d], belief.covariance[:d, d:], belief.covariance[d:, d:]
+        of_place = belief.covariance[:d, :d]
+        mixed = belief.covariance[:d, d:]
+        of_velocity = belief.covariance[d:, d:]
         along = mixed + t * of_velocity
         mean, covariance = np.concatenate([place + t * velocity, velocity]), np.empty((2 * d, 2 * d))
         covariance[:d, :d] = of_place + t * (mixed.T + along) + t**3 / 3.0 * noise
@@ -142,7 +146,9 @@ class ConstantVelocityFilter:
 
     def estimate(self, belief: Gaussian) -> Estimate:
         d = belief.mean.size // 2
-        of_place, mixed, of_velocity = belief.covariance[:d, :d], belief.covariance[:d, d:], belief.covariance[d:, d:]
+        of_place = belief.covariance[:d, :d]
+        mixed = belief.covariance[:d, d:]
+        of_velocity = belief.covariance[d:, d:]
         blocks = np.stack([of_place, of_velocity, 0.5 * (mixed + mixed.T)])
         largest = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], 0.0).tolist()
         position, velocity = sqrt(largest[0]), sqrt(largest[1])

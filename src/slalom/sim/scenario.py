@@ -115,7 +115,9 @@ def refuse_hidden_goals(
         if not obstacle.at_rest:
             continue
         for k in still if period is not None else _near(obstacle, start, positions, shapes):
-            images, position, radius = [obstacle], positions[k], shapes[k].bounding_radius
+            images = [obstacle]
+            position = positions[k]
+            radius = shapes[k].bounding_radius
             if period is not None:
                 found = in_box(images, period, start, horizon, position - radius, position + radius)
                 images = [displaced(obstacle, by) for _, by in found]

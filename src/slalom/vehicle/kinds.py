@@ -140,13 +140,11 @@ class Bicycle(Vehicle):
     @cached_property
     def _displacement(self) -> float:
         """Bound [m] on the distance from the plan within the period after a decision from the state of the point."""
-        v, a, h, lever, (radius, steering) = (
-            self.max_speed,
-            self.max_acceleration,
-            self.period,
-            self.lever,
-            self._turning,
-        )
+        v = self.max_speed
+        a = self.max_acceleration
+        h = self.period
+        lever = self.lever
+        (radius, steering) = self._turning
         curvature = 1.0 / sqrt(radius**2 - lever**2)
         rate = steering * (1.0 / self.wheelbase + self.wheelbase * curvature**2)
         w, w1 = v * curvature, a * curvature + v * rate
@@ -220,11 +218,15 @@ class Bicycle(Vehicle):
         return pose.heading + atan(self.lever / self.wheelbase * tan(pose.turn))
 
     def _reaching(self, motion: Motion, x: float, y: float) -> Command:
-        share, half, size = self.lever / self.wheelbase, 0.5 * self.period, hypot(x, y)
+        share = self.lever / self.wheelbase
+        half = 0.5 * self.period
+        size = hypot(x, y)
         steering, speed = motion.turn, x * cos(motion.heading) + y * sin(motion.heading)
         # Backwards the velocity is opposite to the course.
         side = -1.0 if speed < 0.0 < self.max_reverse_speed else 1.0
-        x, y, speed = side * x, side * y, side * max(0.0, side * speed)
+        x = side * x
+        y = side * y
+        speed = side * max(0.0, side * speed)
         if size < CREEPING:
             return Command(speed, steering)
         course, before = atan2(y, x), self.turn_rate(motion.speed, motion.turn)
@@ -383,7 +385,9 @@ class DifferentialDrive(Vehicle):
         return Turning(np.maximum(np.abs(turns[:-1]), np.abs(turns[1:])), rate, zero, zero)
 
     def _reaching(self, motion: Motion, x: float, y: float) -> Command:
-        half, lever, turn = 0.5 * self.period, self.lever, motion.turn
+        half = 0.5 * self.period
+        lever = self.lever
+        turn = motion.turn
         for _ in range(TURN_STEPS):
             angle = motion.heading + half * (motion.turn + turn)
             c, s = cos(angle), sin(angle)
@@ -395,7 +399,9 @@ class DifferentialDrive(Vehicle):
         return Command(x * cos(angle) + y * sin(angle), turn)
 
     def within_limits(self, motion: Motion, wanted: Command) -> Command:
-        half, most, fastest = 0.5 * self.track, self.max_wheel_acceleration * self.period, self.max_wheel_speed
+        half = 0.5 * self.track
+        most = self.max_wheel_acceleration * self.period
+        fastest = self.max_wheel_speed
         (low_left, high_left), (low_right, high_right) = (
             (min(max(w - most, -fastest), fastest), max(min(w + most, fastest), -fastest))
             for w in (motion.speed - half * motion.turn, motion.speed + half * motion.turn)

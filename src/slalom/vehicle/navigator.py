@@ -207,7 +207,9 @@ class VehicleNavigator(SharedSettings):
 
     def _plans(self, moment: Moment) -> Iterator[tuple[Manoeuvre, Decision | None]]:
         """Manoeuvres of the point in the order in which they are tried."""
-        state, now, previous = moment.state, moment.now, moment.previous
+        state = moment.state
+        now = moment.now
+        previous = moment.previous
         before, unsafe = None if previous is None else previous.plan, list[Decision]()
         for navigator in self._proposing(moment.pose):
             plan = navigator.decide(state, moment.obstacles, moment.aim, now=now, previous=before)

@@ -370,7 +370,10 @@ class Vehicle(ABC):
 
     def _following(self, motion: Motion, here: list[float], there: list[float]) -> Command:
         """Command that follows a plan whose positions and velocities at both ends of the period are given."""
-        h, lever, c, s = self.period, self.lever, cos(motion.heading), sin(motion.heading)
+        h = self.period
+        lever = self.lever
+        c = cos(motion.heading)
+        s = sin(motion.heading)
         sideways = lever * self.turn_rate(motion.speed, motion.turn)
         x = (motion.x + lever * c - here[0]) / h + 0.5 * (motion.speed * c - sideways * s - here[2])
         y = (motion.y + lever * s - here[1]) / h + 0.5 * (motion.speed * s + sideways * c - here[3])
@@ -419,7 +422,10 @@ class Vehicle(ABC):
 
         A distance below 0 is driven backwards. All limits are obeyed. The last period is at rest, if braking permits.
         """
-        side, left, h, a = (1.0 if distance > 0.0 else -1.0), abs(distance), self.period, self.feedback
+        side = 1.0 if distance > 0.0 else -1.0
+        left = abs(distance)
+        h = self.period
+        a = self.feedback
         motion, motions = motion_of(pose), [motion_of(pose)]
         for k in range(periods):
             before = side * motion.speed

@@ -516,7 +516,9 @@ def preferred_of(navigator: Navigator, situation: Situation, max_speed: float) -
 def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> DrawnControls:
     """Return the controls of a decision, in the control space of `decision.blocked`."""
     blocked = decision.blocked
-    response, state, now = blocked.response, blocked.state, blocked.obstacles.start
+    response = blocked.response
+    state = blocked.state
+    now = blocked.obstacles.start
     admissible = navigator.limits.admissible(response, state, navigator.horizon)
     preferred = decision.preferred
     if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):

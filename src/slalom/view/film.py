@@ -36,7 +36,10 @@ COLOURS: Final = (ROBOT, "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """Colours of robots in turn, distinct for the colour-blind (Okabe and Ito)."""
 DOTS: Final = 100
 """[dots per inch] Resolution of the pictures; fonts have 7 to 8 points."""
-LEFT, RIGHT, BASE, TOP = 50, 12, 40, 30
+LEFT = 50
+RIGHT = 12
+BASE = 40
+TOP = 30
 """[pixel] Margins around a panel; the left one is larger where the numbers of its axis are longer."""
 NARROWEST, WIDEST = 320, 3840
 """[pixel] Limits of the width of a picture."""
@@ -179,7 +182,9 @@ class _Panel:
     """One view of a run along an axis."""
 
     def __init__(self, ax: Axes, run: Recording, axes: tuple[int, int], box: tuple[Array, Array], ratio: float) -> None:
-        self._ax, self._axes, self._run = ax, list(axes), run
+        self._ax = ax
+        self._axes = list(axes)
+        self._run = run
         low, high = box[0][self._axes], box[1][self._axes]
         middle, sides = 0.5 * (low + high), high - low
         half = 0.5 * max(sides[0], sides[1] / ratio)

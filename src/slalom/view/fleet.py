@@ -265,7 +265,9 @@ class Picture:
                     parts = outline_parts(obstacle, now)
                     body(ax, parts, f"obstacle-{k}", facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5, zorder=3)
             for k in np.flatnonzero(there).tolist():
-                robot, (x, y), (vx, vy) = scenario.robots[k], positions[k, :2], velocities[k, :2]
+                robot = scenario.robots[k]
+                (x, y) = positions[k, :2]
+                (vx, vy) = velocities[k, :2]
                 draw_goal(ax, robot.goal, now, now, now)
                 parts = parts_at(robot.shape, positions[k])
                 body(ax, parts, f"robot-{k}", facecolor=ROBOT, edgecolor=INK, linewidth=0.6, zorder=5)

@@ -28,7 +28,10 @@ def drive(scenario: Any, problem: Any, max_acceleration: float, margin: float) -
     limits, goal = Limits(MAX_SPEED, max_acceleration), Goal(path, 0.1, stop=True)
     robot = Navigator(method("nao"), _rectangle(angle), limits, period=dt, margin=margin)
     around, direction = surroundings(scenario), np.array([cos(start.orientation), sin(start.orientation)])
-    state, previous, safe, reached = State(start.position, start.velocity * direction), None, True, False
+    state = State(start.position, start.velocity * direction)
+    previous = None
+    safe = True
+    reached = False
     states, k = [state], first
     while k < last and not reached:
         previous = robot.decide(state, around, goal, now=k * dt, previous=previous)

@@ -15,7 +15,9 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Rectangle
 from slalom.vehicle import Bicycle, Pose, VehicleNavigator
 
-WHEELBASE, STEERING, STEERING_RATE = 2.5789, 1.066, 0.4
+WHEELBASE = 2.5789
+STEERING = 1.066
+STEERING_RATE = 0.4
 """[m], [rad], [rad/s] of vehicle type 2."""
 POWER = 11.5 * 7.319
 """[m^2/s^3] Largest acceleration times speed of vehicle type 2 above 7.319 m/s."""
@@ -40,7 +42,11 @@ def drive(scenario: Any, problem: Any, max_acceleration: float, margin: float) -
     car = Bicycle(WHEELBASE, STEERING, STEERING_RATE, fastest, min(max_acceleration, POWER / fastest), period=dt)
     robot = VehicleNavigator(car, method("nao"), Rectangle(LENGTH, WIDTH), discs=DISCS, margin=margin)
     around, pose = surroundings(scenario), Pose(start.position, float(start.orientation), float(start.velocity))
-    poses, previous, safe, reached, k = [pose], None, True, False, first
+    poses = [pose]
+    previous = None
+    safe = True
+    reached = False
+    k = first
     while k < last and not reached:
         goal = _along(points, path.position(min(k * dt + LOOKAHEAD, path.span[1])), pose)
         previous = robot.decide(pose, around, goal, now=k * dt, previous=previous)

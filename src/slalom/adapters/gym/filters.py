@@ -70,7 +70,9 @@ class Certifier:
     """
 
     def __init__(self, worlds: Worlds, w: int, rules: Rules, tables: Tables) -> None:
-        self._worlds, self._w, self._scenario = worlds, w, worlds.scenarios[w]
+        self._worlds = worlds
+        self._w = w
+        self._scenario = worlds.scenarios[w]
         usual = self._scenario.navigator(rules.method)
         self._navigator = replace(
             usual,
@@ -203,7 +205,9 @@ class VectorSafetyFilter(VectorWrapper):
         if not isinstance(inner, RobotsEnv):
             raise InvalidInput(f"env: expected a RobotsEnv, possibly wrapped, found {inner}")
         super().__init__(env)
-        self._robots, self._rules, self._tables = inner, rules_of(method, margin, horizon), shared_tables()
+        self._robots = inner
+        self._rules = rules_of(method, margin, horizon)
+        self._tables = shared_tables()
         self._certifiers = [self._begun(w) for w in range(inner.num_envs)]
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
@@ -221,7 +225,9 @@ class VectorSafetyFilter(VectorWrapper):
         intervened, outcomes = np.zeros(len(wanted), np.bool_), dict[int, Outcome]()
         for w in np.flatnonzero(running).tolist():
             made = self._certifiers[w].certified(wanted[w])
-            applied[w], intervened[w], outcomes[w] = made.applied, made.intervened, made.decision.outcome
+            applied[w] = made.applied
+            intervened[w] = made.intervened
+            outcomes[w] = made.decision.outcome
         wanted[~running] = 0.0
         observations, rewards, ended, late, info = self.env.step(worlds.actions(applied[:, None])[:, 0])
         for w in np.flatnonzero(~running).tolist():

@@ -36,7 +36,9 @@ class Motion:
     """
 
     def __init__(self, scenario: Scenario, period: float, *, keep: bool = False) -> None:
-        self.start, self.period, d = scenario.start, period, scenario.dimension
+        self.start = scenario.start
+        self.period = period
+        d = scenario.dimension
         self.moving = [each for each in scenario.obstacles if isinstance(each.shape, Disc | Ball)]
         self.radii = np.array([each.shape.bounding_radius for each in self.moving])
         self.walls: list[Obstacle] = []
@@ -75,7 +77,9 @@ class Motion:
     def _computed(self, first: int) -> "_Block":
         """The block that begins with a step."""
         times: Array = np.asarray(self.start + self.period * (first + np.arange(GYM_BLOCK + 1)), np.float64)
-        n, d, k = len(self.moving), self.ends.shape[2], GYM_BLOCK
+        n = len(self.moving)
+        d = self.ends.shape[2]
+        k = GYM_BLOCK
         exists, during = np.zeros((k, n), np.bool_), np.zeros((k, n), np.bool_)
         block = _Block(np.zeros((k, n, d)), np.zeros((k, n, d)), exists, np.zeros((k, n)), during)
         for j, obstacle in enumerate(self.moving):
@@ -185,7 +189,9 @@ class Bodies:
     """The bodies of all worlds: as many moving obstacles, robots and walls as the world with the most has."""
 
     def __init__(self, motions: Sequence[Motion], robots: int) -> None:
-        self.motions, self._robots, w = list(motions), robots, len(motions)
+        self.motions = list(motions)
+        self._robots = robots
+        w = len(motions)
         self.moving, walls = max(len(each.moving) for each in motions), max(len(each.walls) for each in motions)
         first, d = self.moving + robots, motions[0].ends.shape[2]
         self._places, self._speeds = np.zeros((w, first, d)), np.zeros((w, first, d))

@@ -48,8 +48,12 @@ def least_clearances(
     wall they are below by at most the distance that the robot drives in the step. Otherwise they are exact up to
     CERTIFIED.
     """
-    (w, r, b), o, h = before.there.shape, before.moving, worlds.period
-    own, bends, there = np.linalg.norm(moved.acceleration, axis=-1) * h * h / 8.0, np.zeros((w, b)), before.there.copy()
+    (w, r, b) = before.there.shape
+    o = before.moving
+    h = worlds.period
+    own = np.linalg.norm(moved.acceleration, axis=-1) * h * h / 8.0
+    bends = np.zeros((w, b))
+    there = before.there.copy()
     bends[:, :o], exist = worlds.bodies.during(steps)
     bends[:, o : o + r], there[..., :o] = own, exist[:, None]
     distance = least_distances(before.offsets, after.offsets)
@@ -104,8 +108,12 @@ class _Robots:
     """Settings (W, R) of all robots."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
-        self.max_speed, self.max_acceleration, self.radius = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        self.sight, self.tolerance, self.distance = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self.max_speed = np.zeros(shape)
+        self.max_acceleration = np.zeros(shape)
+        self.radius = np.zeros(shape)
+        self.sight = np.zeros(shape)
+        self.tolerance = np.zeros(shape)
+        self.distance = np.zeros(shape)
         self.stop, self.chases = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
 
     def set(self, w: int, scenario: Scenario) -> None:
@@ -171,7 +179,9 @@ class Worlds:
         self.bodies = self.bodies.replaced(w, motion or Motion(scenario, self.period))
         self.position[w] = [robot.state.position for robot in scenario.robots]
         self.velocity[w] = [robot.state.velocity for robot in scenario.robots]
-        self.steps[w], self.acting[w], self.there[w] = 0, True, True
+        self.steps[w] = 0
+        self.acting[w] = True
+        self.there[w] = True
         self.robots.set(w, scenario)
         self._set_goals(w, range(len(scenario.robots)))
         away = np.linalg.norm(self._goal[w] - self.position[w], axis=1)
@@ -226,7 +236,9 @@ class Worlds:
         moved = Moved(self.position, np.where(some[:, None, None], self.velocity, 0.0), acceleration)
         self.position, after = integrate(moved.position, moved.velocity, acceleration, self.period)
         self.velocity = np.where(some[:, None, None], after, self.velocity)
-        steps, self.steps, self._around = self.steps, self.steps + some, None
+        steps = self.steps
+        self.steps = self.steps + some
+        self._around = None
         for k in np.flatnonzero(self.robots.chases.any(axis=1) & some).tolist():
             self._set_goals(k, np.flatnonzero(self.robots.chases[k]).tolist())
         clearance = least_clearances(self, moved, steps, moves, around, self._surroundings())
@@ -261,7 +273,9 @@ class Worlds:
         passed = np.asarray(some & (near | self.robots.chases))
         for w, r in np.argwhere(passed).tolist():
             goal, begin = self.scenarios[w].robots[r].goal, self.scenarios[w].start + steps[w] * self.period
-            p, v, a = moved.position[w, r], moved.velocity[w, r], moved.acceleration[w, r]
+            p = moved.position[w, r]
+            v = moved.velocity[w, r]
+            a = moved.acceleration[w, r]
             passed[w, r] = goal.reached_during(p, v, a, begin, self.period)
         return passed
 

@@ -120,7 +120,9 @@ class Group:
             self._motions = [motion_of(m, dt) for m in members]
         points = np.array([point_of(m, motion.lead) for m, motion in zip(members, self._motions)])
         if self._fleet is None or renewed:
-            self._settings, self._planned, self._shift = settings, points, np.zeros_like(points)
+            self._settings = settings
+            self._planned = points
+            self._shift = np.zeros_like(points)
             self._velocities = np.array([m.velocity for m in members], dtype=np.float64)
             self._fleet = _fleet(members, self._motions, dt)
         self._unwrap(points, members)

@@ -22,11 +22,16 @@ More tilted ones count as the disc about all of them. Smaller: the footprint of 
 """
 
 
-CUBE, SPHERE, CYLINDER = 1, 2, 3
+CUBE = 1
+SPHERE = 2
+CYLINDER = 3
 """Types of visualization_msgs/Marker that are bodies."""
 DELETE, DELETEALL = 2, 3
 """Actions of visualization_msgs/Marker that show nothing."""
-BOX, BALL, TUBE, CONE = 1, 2, 3, 4
+BOX = 1
+BALL = 2
+TUBE = 3
+CONE = 4
 """Types of shape_msgs/SolidPrimitive that have dimensions."""
 TRACKED: Final = 1
 """Detection level of a derived object whose twist is valid."""
@@ -77,7 +82,9 @@ def objects(message: Any, frames: Frames) -> Iterator[Seen]:
         InvalidInput: an object without a shape; a frame or a time that is not known; a size of 0.
     """
     for each in message.objects:
-        name, kind, sizes = f"object {each.id}", each.shape.type, [float(x) for x in each.shape.dimensions]
+        name = f"object {each.id}"
+        kind = each.shape.type
+        sizes = [float(x) for x in each.shape.dimensions]
         axes = rotation(each.pose.orientation, f"{name}: orientation")
         if len(sizes) != {BOX: 3, BALL: 1, TUBE: 2, CONE: 2}.get(kind):
             kinds = f"a box, ball, cylinder or cone (type {BOX}, {BALL}, {TUBE} or {CONE}) with its dimensions"
@@ -232,7 +239,9 @@ def _outline(corners: list[list[float]], notch: float) -> list[list[float]]:
     dropped: list[list[list[float]]] = [[] for _ in corners]
     k = unchanged = 0
     while unchanged < len(kept) and len(kept) > 3:
-        before, here, after = kept[k - 1], kept[k], kept[(k + 1) % len(kept)]
+        before = kept[k - 1]
+        here = kept[k]
+        after = kept[(k + 1) % len(kept)]
         between = [*dropped[k - 1], here, *dropped[k]]
         if _side(before, here, after) <= 0.0 and all(_depth(before, after, each) <= notch for each in between):
             dropped[k - 1] = between

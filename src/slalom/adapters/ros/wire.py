@@ -89,7 +89,9 @@ def serve(
         seen: called with each message before the node takes it, for example to keep it for a bag.
     """
     wire = Wire(domain)
-    writer, kinds, made = wire.writer(command, TWIST), dds_kinds(), []
+    writer = wire.writer(command, TWIST)
+    kinds = dds_kinds()
+    made = []
     for topic, kind in topics.items():
         wire.read(topic, kind)
     for each in wire.messages(timeout):

@@ -43,23 +43,30 @@ def avoiding_velocities(
         reach: [m] distance up to which agents avoid each other. period: [s] in which pairs that touch separate.
     """
     n = len(positions)
-    found, normals, offsets = np.empty((n, 2)), np.empty((n, 2)), np.empty(n)
+    found = np.empty((n, 2))
+    normals = np.empty((n, 2))
+    offsets = np.empty(n)
     for i in range(n):
         count = 0
         for j in range(n):
-            x, y = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1]
+            x = positions[j, 0] - positions[i, 0]
+            y = positions[j, 1] - positions[i, 1]
             distance = np.sqrt(x * x + y * y)
             if j == i or distance >= reach or distance <= 0.0:
                 continue
-            along, across = x / distance, y / distance
-            vx, vy = velocities[i, 0] - velocities[j, 0], velocities[i, 1] - velocities[j, 1]
+            along = x / distance
+            across = y / distance
+            vx = velocities[i, 0] - velocities[j, 0]
+            vy = velocities[i, 1] - velocities[j, 1]
             change, toward, aside = least_change(
                 distance, vx * along + vy * across, vy * along - vx * across, radii[i] + radii[j], horizon, period
             )
             if toward == 0.0 and aside == 0.0:
                 continue
-            nx, ny = toward * along - aside * across, toward * across + aside * along
-            normals[count, 0], normals[count, 1] = nx, ny
+            nx = toward * along - aside * across
+            ny = toward * across + aside * along
+            normals[count, 0] = nx
+            normals[count, 1] = ny
             offsets[count] = velocities[i, 0] * nx + velocities[i, 1] * ny + 0.5 * change
             count += 1
         found[i, 0], found[i, 1] = permitted_velocity(
@@ -82,7 +89,8 @@ def least_change(
         horizon: [s] of the velocity obstacle; period: [s] instead, of agents that touch.
     """
     time = horizon if distance > radius else period
-    center, size = distance / time, radius / time
+    center = distance / time
+    size = radius / time
     away = np.sqrt((x - center) ** 2 + y * y)
     if distance <= radius or (center - x) * distance > radius * away:
         if away <= 0.0:
@@ -104,7 +112,8 @@ def permitted_velocity(
     feasible, x, y = nearest_velocity(normals, offsets, count, speed, px, py, 0.0)
     if feasible:
         return x, y
-    low, high = 0.0, speed
+    low = 0.0
+    high = speed
     for k in range(count):
         high = max(high, offsets[k] + speed)
     _, x, y = nearest_velocity(normals, offsets, count, speed, px, py, high)
@@ -112,7 +121,9 @@ def permitted_velocity(
         middle = 0.5 * (low + high)
         feasible, a, b = nearest_velocity(normals, offsets, count, speed, px, py, middle)
         if feasible:
-            high, x, y = middle, a, b
+            high = middle
+            x = a
+            y = b
         else:
             low = middle
     return x, y
@@ -128,9 +139,12 @@ def nearest_velocity(
     """
     size = np.sqrt(px * px + py * py)
     share = min(1.0, speed / size) if size > 0.0 else 1.0
-    x, y = share * px, share * py
+    x = share * px
+    y = share * py
     for i in range(count):
-        nx, ny, offset = normals[i, 0], normals[i, 1], offsets[i] - less
+        nx = normals[i, 0]
+        ny = normals[i, 1]
+        offset = offsets[i] - less
         if nx * x + ny * y >= offset:
             continue
         if abs(offset) > speed:
@@ -150,5 +164,6 @@ def nearest_velocity(
         if low > high:
             return False, x, y
         along = min(max(py * nx - px * ny, low), high)
-        x, y = offset * nx - along * ny, offset * ny + along * nx
+        x = offset * nx - along * ny
+        y = offset * ny + along * nx
     return True, x, y

@@ -52,20 +52,28 @@ def similar_displacements(places: Array, velocities: Array, knots: Indices, samp
     Args:
         velocities: (q, d) [m per spacing]. knots: of at least 0, increasing.
     """
-    q, m, d = len(places), len(knots), places.shape[1]
-    found, motion = np.zeros((q, m, d + 2)), np.empty(d)
-    near, distances = np.empty((SIMILAR_CANDIDATES * count, 2), np.int64), np.empty(SIMILAR_CANDIDATES * count)
+    q = len(places)
+    m = len(knots)
+    d = places.shape[1]
+    found = np.zeros((q, m, d + 2))
+    motion = np.empty(d)
+    near = np.empty((SIMILAR_CANDIDATES * count, 2), np.int64)
+    distances = np.empty(SIMILAR_CANDIDATES * count)
     for j in range(q):
         kept = nearest_motions(places[j], velocities[j], samples, near, distances)
         for k in range(m):
-            total, square, used = SIMILAR_DOUBT, 0.0, 0
+            total = SIMILAR_DOUBT
+            square = 0.0
+            used = 0
             motion[:] = 0.0
             for c in range(kept):
-                i, begin = near[c, 0], near[c, 1]
+                i = near[c, 0]
+                begin = near[c, 1]
                 end = begin + knots[k]
                 if used == count or end > samples.last[i]:
                     continue
-                weight, used = np.exp(-0.5 * distances[c]), used + 1
+                weight = np.exp(-0.5 * distances[c])
+                used = used + 1
                 total += weight
                 for axis in range(d):
                     track = samples.positions[i, :, axis]
@@ -78,7 +86,8 @@ def similar_displacements(places: Array, velocities: Array, knots: Indices, samp
                 mean = motion[axis] / total
                 variance -= squared(mean)
                 found[j, k, axis] = velocities[j, axis] * knots[k] + mean
-            found[j, k, d], found[j, k, d + 1] = max(variance, 0.0), 1.0 - SIMILAR_DOUBT / total
+            found[j, k, d] = max(variance, 0.0)
+            found[j, k, d + 1] = 1.0 - SIMILAR_DOUBT / total
     return found
 
 
@@ -89,16 +98,21 @@ def nearest_motions(place: Array, velocity: Array, samples: TrackSamples, near: 
     Their tracks and columns go into `near` (c, 2), the squares of their distances [1] into `distances` (c,), the
     nearest first; of equal ones the first track, then the first column.
     """
-    d, kept, square = len(place), 0, 0.0
+    d = len(place)
+    kept = 0
+    square = 0.0
     for axis in range(d):
         square += squared(velocity[axis])
     if square == 0.0:
         return 0
-    per_place, per_velocity = 1.0 / (squared(SIMILAR_PLACE) * square), 1.0 / (squared(SIMILAR_VELOCITY) * square)
+    per_place = 1.0 / (squared(SIMILAR_PLACE) * square)
+    per_velocity = 1.0 / (squared(SIMILAR_VELOCITY) * square)
     for i in range(len(samples.first)):
-        track, following = samples.positions[i], samples.first[i] + SIMILAR_VELOCITY_SPAN
+        track = samples.positions[i]
+        following = samples.first[i] + SIMILAR_VELOCITY_SPAN
         while following <= samples.last[i]:
-            k, distance = following, 0.0
+            k = following
+            distance = 0.0
             following += 1
             for axis in range(d):
                 distance += per_place * squared(track[k, axis] - place[axis])
@@ -117,6 +131,8 @@ def nearest_motions(place: Array, velocity: Array, samples: TrackSamples, near: 
             while at > 0 and distances[at - 1] > distance:
                 distances[at], near[at, 0], near[at, 1] = distances[at - 1], near[at - 1, 0], near[at - 1, 1]
                 at -= 1
-            distances[at], near[at, 0], near[at, 1] = distance, i, k
+            distances[at] = distance
+            near[at, 0] = i
+            near[at, 1] = k
             kept = min(kept + 1, len(distances))
     return kept

@@ -61,9 +61,12 @@ def meets_balls(
     `centers` (w, 3) [m] and `radii` (w,) [m]: of the windows, of equal length up to the horizon [s].
     """
     # A window that a ball touches for a rounding error of its time is left out: nothing moves far meanwhile.
-    per_second, last = len(radii) / horizon, len(radii) - 1
+    per_second = len(radii) / horizon
+    last = len(radii) - 1
     for w in range(max(int(begin * per_second), 0), min(int(min(end, horizon) * per_second), last) + 1):
-        x, y, z = centers[w, 0] - ball[0], centers[w, 1] - ball[1], centers[w, 2] - ball[2]
+        x = centers[w, 0] - ball[0]
+        y = centers[w, 1] - ball[1]
+        z = centers[w, 2] - ball[2]
         reach = radii[w] + (ball[3] + more)
         if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
             return True
@@ -73,7 +76,8 @@ def meets_balls(
 @inlined
 def is_near(ball: Array, position: Array, distance: float) -> bool:
     """Whether a ball (4,) [m] is no farther from the `position` (3,) [m] than `distance` [m]."""
-    square, reach = 0.0, ball[3] + distance
+    square = 0.0
+    reach = ball[3] + distance
     for axis in range(3):
         square += squared(ball[axis] - position[axis])
     return bool(reach >= 0.0 and square <= reach * reach)
@@ -99,23 +103,32 @@ def passive_in_reach(i: int, error: float, centers: Array, radii: Array, tables:
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon. What is within the margin
     now is among the rows too.
     """
-    robot, bodies, now, horizon = tables.robots.each[i], tables.bodies, tables.bodies.now, tables.settings.horizon
-    times, count, b = bodies.pieces.times, 0, 0
-    row, number = np.empty(len(times), np.int64), np.empty(len(times), np.int64)
+    robot = tables.robots.each[i]
+    bodies = tables.bodies
+    now = tables.bodies.now
+    horizon = tables.settings.horizon
+    times = bodies.pieces.times
+    count = 0
+    b = 0
+    row = np.empty(len(times), np.int64)
+    number = np.empty(len(times), np.int64)
     body = np.empty(len(bodies.passive), np.int64)
     more = robot.rounding - bodies.robot_rounding + robot.margin + error
     far = farthest_distance(robot.position[:], centers, radii) + CONTACT_SLACK
     for k in range(len(bodies.passive)):
-        passive, known = bodies.passive[k], count
+        passive = bodies.passive[k]
+        known = count
         until = min(bodies.until[passive.owner], horizon)
         if is_elsewhere(passive.world, robot.world) or not is_near(bodies.body_balls[k], robot.position, far + more):
             continue
         grown = passive.radius + passive.hull_radius + more
         first, last = rows_within(times, bodies.first_piece[k], bodies.first_piece[k + 1], now, now + until)
         for s in range(first, last):
-            begin, end = times[s, 0] - now, times[s, 1] - now
+            begin = times[s, 0] - now
+            end = times[s, 1] - now
             if may_come_near(bodies.balls[s], begin, end, grown, robot, horizon, centers, radii):
-                row[count], number[count] = s, b
+                row[count] = s
+                number[count] = b
                 count += 1
         if count > known:
             body[b] = k
@@ -137,22 +150,34 @@ def add_passive(
 
     The others are out of reach of robot i once they are cut, see `passive_in_reach`. Radii are those of the pieces.
     """
-    robot, bodies, pieces, horizon = tables.robots.each[i], tables.bodies, rows.pieces, tables.settings.horizon
-    fixed, turning, count, now = bodies.pieces, len(rows.pieces.turns) > 0, 0, tables.bodies.now
+    robot = tables.robots.each[i]
+    bodies = tables.bodies
+    pieces = rows.pieces
+    horizon = tables.settings.horizon
+    fixed = bodies.pieces
+    turning = len(rows.pieces.turns) > 0
+    count = 0
+    now = tables.bodies.now
     more = robot.rounding - bodies.robot_rounding + robot.margin + error
     for k in range(len(passive.row)):
-        s, b = passive.row[k], passive.number[k]
+        s = passive.row[k]
+        b = passive.number[k]
         body = bodies.passive[passive.body[b]]
-        begin, end = max(fixed.times[s, 0], now), min(fixed.times[s, 1], now + bodies.until[body.owner])
+        begin = max(fixed.times[s, 0], now)
+        end = min(fixed.times[s, 1], now + bodies.until[body.owner])
         width = fixed.times[s, 1] - fixed.times[s, 0]
-        share, last = (begin - fixed.times[s, 0]) / width, (end - fixed.times[s, 0]) / width
+        share = (begin - fixed.times[s, 0]) / width
+        last = (end - fixed.times[s, 0]) / width
         copy_restricted(fixed.points[s], share, last, pieces.points[count])
         if turning:
             copy_restricted(fixed.turns[s], share, last, pieces.turns[count])
-        pieces.times[count, 0], pieces.times[count, 1], pieces.body[count] = begin - now, end - now, b
+        pieces.times[count, 0] = begin - now
+        pieces.times[count, 1] = end - now
+        pieces.body[count] = b
         pieces.radius[count] = fixed.radius[s] + fixed.growth[s] * share
         pieces.growth[count] = fixed.growth[s] * (last - share)
-        ball, grown = rows.balls[count], body.radius + body.hull_radius + more
+        ball = rows.balls[count]
+        grown = body.radius + body.hull_radius + more
         for axis in range(4):
             ball[axis] = bodies.balls[s, axis]
         if (share > 0.0 or last < 1.0) and ball[3] < np.inf:
@@ -171,13 +196,15 @@ def grow_passive(
 
     Returns whether the robot overlaps one.
     """
-    bodies, pieces = tables.bodies, rows.pieces
+    bodies = tables.bodies
+    pieces = rows.pieces
     more = tables.robots.each[i].rounding - bodies.robot_rounding
     radius = np.empty(len(numbers))
     for b in range(len(radius)):
         passive = bodies.passive[numbers[b]]
         radius[b] = passive.radius + more
-        rows.hull[b], rows.bodies[b].hull_radius = bodies.hull[numbers[b]], passive.hull_radius
+        rows.hull[b] = bodies.hull[numbers[b]]
+        rows.bodies[b].hull_radius = passive.hull_radius
         rows.bodies[b].at_rest = passive.at_rest
     overlapping = add_margin(i, numbers, radius, count, rows, tables)
     for s in range(count):
@@ -197,10 +224,13 @@ def add_margin(
 
     Their pieces are the first `count` rows. Returns whether the robot overlaps one.
     """
-    robot, bodies, pieces = tables.robots.each[i], tables.bodies, rows.pieces
+    robot = tables.robots.each[i]
+    bodies = tables.bodies
+    pieces = rows.pieces
     near = heads_nearby(i, radius, count, rows, tables)
     body = pieces.body[near]
-    places, directions = np.zeros((len(near), 3)), np.zeros((len(near), 2))
+    places = np.zeros((len(near), 3))
+    directions = np.zeros((len(near), 2))
     directions[:, 0] = 1.0
     for h in range(len(near)):
         s = near[h]
@@ -218,7 +248,8 @@ def add_margin(
     overlapping = False
     kept = np.full(len(radius), robot.margin)
     for h in range(len(near)):
-        s, clearance = near[h], found[h, 0] - radius[body[h]]
+        s = near[h]
+        clearance = found[h, 0] - radius[body[h]]
         passive = bodies.passive[numbers[body[h]]]
         if passive.uncertain:
             clearance -= pieces.radius[s] + pieces.growth[s] * share_of_piece(pieces.times, s)
@@ -236,7 +267,9 @@ def heads_nearby(i: int, radius: Array, count: int, rows: ObstaclePieces, tables
 
     They are of bodies with radii (b,) [m].
     """
-    robot, near, found = tables.robots.each[i], np.empty(count, np.int64), 0
+    robot = tables.robots.each[i]
+    near = np.empty(count, np.int64)
+    found = 0
     for s in range(count):
         b = rows.pieces.body[s]
         grown = radius[b] + rows.bodies[b].hull_radius + robot.margin + CONTACT_SLACK
@@ -267,7 +300,8 @@ Larger: robots that meet almost head-on pass on the right. Smaller: rounding dec
 @kernel
 def share_of(robot: Robot, other: Robot, settings: DecisionSettings) -> float:
     """The part [1] of the avoidance that a robot does itself: with more priority than the other one it does less."""
-    own, rest = settings.share * other.priority, (1.0 - settings.share) * robot.priority
+    own = settings.share * other.priority
+    rest = (1.0 - settings.share) * robot.priority
     return float(own / (own + rest))
 
 
@@ -283,22 +317,29 @@ def agreed_side(robot: Robot, other: Robot, position: Array, velocity: Array, ro
     Args:
         position, velocity: (d,) [m], [m/s] of the other robot as observed. room: [m] by which the body may grow now.
     """
-    d, square, along, fast = len(side), 0.0, 0.0, 0.0
+    d = len(side)
+    square = 0.0
+    along = 0.0
+    fast = 0.0
     for axis in range(d):
-        away, relative = position[axis] - robot.position[axis], robot.velocity[axis] - velocity[axis]
+        away = position[axis] - robot.position[axis]
+        relative = robot.velocity[axis] - velocity[axis]
         square += away * away
         along += away * relative
         fast += relative * relative
-    size, aside = robot.radius + other.radius + robot.margin_among, 0.0
+    size = robot.radius + other.radius + robot.margin_among
+    aside = 0.0
     if along <= 0.0 or square <= 0.0 or square - along * along / fast >= size * size:
         return 0.0
     for axis in range(d):
-        away, relative = position[axis] - robot.position[axis], robot.velocity[axis] - velocity[axis]
+        away = position[axis] - robot.position[axis]
+        relative = robot.velocity[axis] - velocity[axis]
         side[axis] = away * along / square - relative
         aside += squared(side[axis])
     if aside <= SIDE_ROUNDING * fast:
         # To the right of the line to the other robot lies the free side.
-        side[0], side[1] = robot.position[1] - position[1], position[0] - robot.position[0]
+        side[0] = robot.position[1] - position[1]
+        side[1] = position[0] - robot.position[0]
         aside = squared(side[0]) + squared(side[1])
         if d == 3:
             side[2] = 0.0
@@ -325,7 +366,9 @@ def new_bodies(count: int) -> Records[MetBody]:
     """Bodies (n,) of no robot, which do no part of the avoidance."""
     bodies = np.zeros(count, MET_BODY)
     for b in range(count):
-        bodies[b].robot, bodies[b].share, bodies[b].at_rest = -1, 1.0, True
+        bodies[b].robot = -1
+        bodies[b].share = 1.0
+        bodies[b].at_rest = True
     return bodies  # type: ignore[return-value]
 
 
@@ -338,20 +381,26 @@ def obstacle_pieces(
     Passive rows are those that its motion, bounded by `centers` (w, 3) [m] and `radii` (w,) [m], comes near. Bodies are
     larger by `error` [m], that of the robot's own pieces. If the robot `agrees` on sides, see `agreed_side`.
     """
-    robots, bodies = tables.robots, tables.bodies
-    d, q = tables.settings.dimension, robots.observed.points.shape[1]
+    robots = tables.robots
+    bodies = tables.bodies
+    d = tables.settings.dimension
+    q = robots.observed.points.shape[1]
     passive = passive_in_reach(i, error, centers, radii, tables)
     total = len(passive.body)
     for k in near:
         skeleton = robots.each[k].skeleton
         total += bodies.robot_first[skeleton + 1] - bodies.robot_first[skeleton]
     # One row more for each body of a robot: one piece is cut where the margin is whole again.
-    n, turning = len(passive.row) + (total - len(passive.body)) * (q + 1), len(bodies.pieces.turns) > 0
+    n = len(passive.row) + (total - len(passive.body)) * (q + 1)
+    turning = len(bodies.pieces.turns) > 0
     turns = np.zeros((n if turning else 0, 4, 2))
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
-    met, hull, balls = new_bodies(total), np.full(total, -1), np.full((n, 4), np.inf)
+    met = new_bodies(total)
+    hull = np.full(total, -1)
+    balls = np.full((n, 4), np.inf)
     rows = ObstaclePieces(pieces, np.zeros((n, 2)), balls, met, hull)
-    s, overlaps_passive = 0, False
+    s = 0
+    overlaps_passive = False
     if len(passive.row):
         s = add_passive(i, passive, error, centers, radii, rows, tables)
         overlaps_passive = grow_passive(i, passive.body, s, error, rows, tables)
@@ -369,17 +418,28 @@ def add_robots(
 
     The first is number `body` and begins at row s. Returns whether robot i overlaps one, and the next free row.
     """
-    robots, bodies, settings, pieces = tables.robots, tables.bodies, tables.settings, rows.pieces
-    robot, observed, d, now = robots.each[i], robots.observed, settings.dimension, settings.now
-    position, velocity, place, overlapping = np.empty(d), np.empty(d), np.zeros((1, 3)), False
+    robots = tables.robots
+    bodies = tables.bodies
+    settings = tables.settings
+    pieces = rows.pieces
+    robot = robots.each[i]
+    observed = robots.observed
+    d = settings.dimension
+    now = settings.now
+    position = np.empty(d)
+    velocity = np.empty(d)
+    place = np.zeros((1, 3))
+    overlapping = False
     side = np.zeros(d)
-    turning, margin = len(pieces.turns) > 0, robot.margin_among
+    turning = len(pieces.turns) > 0
+    margin = robot.margin_among
     for k in near:
         other = robots.each[k]
         state_on_path(observed, k, now, position, velocity)
         both = robot.rounding + other.rounding
         for j in range(bodies.robot_first[other.skeleton], bodies.robot_first[other.skeleton + 1]):
-            part, square = bodies.robot_bodies[j], 0.0
+            part = bodies.robot_bodies[j]
+            square = 0.0
             for axis in range(d):
                 place[0, axis] = position[axis] + part.offset[axis] - robot.position[axis]
                 square += squared(place[0, axis])
@@ -396,16 +456,20 @@ def add_robots(
             wider = 0.0
             if agrees and rows.bodies[body].share < 1.0:
                 wider = agreed_side(robot, other, position, velocity, clearance - max(extra, 0.0), side)
-            rows.bodies[body].robot, rows.hull[body] = k, bodies.robot_hull[j]
+            rows.bodies[body].robot = k
+            rows.hull[body] = bodies.robot_hull[j]
             rows.bodies[body].hull_radius = part.hull_radius
-            end, cut = s, settings.regain if extra < margin else np.inf
+            end = s
+            cut = settings.regain if extra < margin else np.inf
             for p in range(observed.points.shape[1]):
-                first, last = observed.times[k, p], observed.times[k, p + 1]
+                first = observed.times[k, p]
+                last = observed.times[k, p + 1]
                 if last <= now or last <= first or first >= now + settings.horizon:
                     continue
                 end = add_piece(first - now, last - now, observed.points[k, p], cut, end, pieces)
             for row in range(s, end):
-                pieces.radius[row], pieces.body[row] = part.radius + both + extra + error + wider, body
+                pieces.radius[row] = part.radius + both + extra + error + wider
+                pieces.body[row] = body
                 rows.margin[row, 0] = max(extra, 0.0)
                 for c in range(4):
                     for axis in range(d):
@@ -414,7 +478,8 @@ def add_robots(
                         pieces.turns[row, c, 0] = 1.0
             if cut < np.inf:
                 grow_margin(margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
-            s, body = end, body + 1
+            s = end
+            body = body + 1
     return overlapping, s
 
 
@@ -426,14 +491,21 @@ def add_piece(first: float, last: float, points: Array, cut: float, s: int, piec
     """
     parts = 2 if first < cut and cut < last else 1
     for part in range(parts):
-        pieces.times[s, 0], pieces.times[s, 1] = first if part == 0 else cut, last if part == parts - 1 else cut
+        pieces.times[s, 0] = first if part == 0 else cut
+        pieces.times[s, 1] = last if part == parts - 1 else cut
         for axis in range(pieces.points.shape[2]):
-            p0, p1, p2, p3 = points[0, axis], points[1, axis], points[2, axis], points[3, axis]
+            p0 = points[0, axis]
+            p1 = points[1, axis]
+            p2 = points[2, axis]
+            p3 = points[3, axis]
             if parts == 2:
-                e, f = (pieces.times[s, 0] - first) / (last - first), (pieces.times[s, 1] - first) / (last - first)
+                e = (pieces.times[s, 0] - first) / (last - first)
+                f = (pieces.times[s, 1] - first) / (last - first)
                 p0, p1, p2, p3 = restrict(p0, p1, p2, p3, e, f)
-            pieces.points[s, 0, axis], pieces.points[s, 1, axis] = p0, p1
-            pieces.points[s, 2, axis], pieces.points[s, 3, axis] = p2, p3
+            pieces.points[s, 0, axis] = p0
+            pieces.points[s, 1, axis] = p1
+            pieces.points[s, 2, axis] = p2
+            pieces.points[s, 3, axis] = p3
         s += 1
     return s
 
@@ -446,7 +518,8 @@ def grow_margin(lost: float, within: float, begin: int, end: int, pieces: Pieces
     """
     times = pieces.times
     for s in range(begin, end):
-        early, late = lost * min(max(times[s, 0] / within, 0.0), 1.0), lost * min(max(times[s, 1] / within, 0.0), 1.0)
+        early = lost * min(max(times[s, 0] / within, 0.0), 1.0)
+        late = lost * min(max(times[s, 1] / within, 0.0), 1.0)
         pieces.radius[s] += early
         pieces.growth[s] = late - early
         margin[s, 0] += early
@@ -456,11 +529,15 @@ def grow_margin(lost: float, within: float, begin: int, end: int, pieces: Pieces
 @kernel
 def limit_margin(i: int, extra: float, rows: ObstaclePieces, tables: DecisionTables) -> None:
     """Leave at most `extra` [m] of the last part, `enough`, of the margins of robot i in all radii."""
-    robot, radius, growth, margin = tables.robots.each[i], rows.pieces.radius, rows.pieces.growth, rows.margin
+    robot = tables.robots.each[i]
+    radius = rows.pieces.radius
+    growth = rows.pieces.growth
+    margin = rows.margin
     for s in range(len(radius)):
         whole = robot.margin_among if rows.bodies[rows.pieces.body[s]].robot >= 0 else robot.margin
         most = whole - robot.enough + extra
-        first, last = min(margin[s, 0], most), min(margin[s, 0] + margin[s, 1], most)
+        first = min(margin[s, 0], most)
+        last = min(margin[s, 0] + margin[s, 1], most)
         radius[s] -= margin[s, 0] - first
         growth[s] -= margin[s, 1] - (last - first)
         margin[s, 0] = first

@@ -62,7 +62,9 @@ def first_within(before: Array, after: Array, radius: float) -> float:
 
     -1 if it does not.
     """
-    a, b, c = 0.0, 0.0, -radius * radius
+    a = 0.0
+    b = 0.0
+    c = -radius * radius
     for axis in range(len(before)):
         step = after[axis] - before[axis]
         a += step * step
@@ -84,10 +86,19 @@ def arrival_within(i: int, until: float, paths: Paths, row: int, tables: Decisio
     A robot that stops at its target has arrived, at time 0, if it is at rest there and stays there until then.
     The position and velocity (d,) after `until` then are in `scratch`.
     """
-    robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
-    robot, away, before = robots.each[i], scratch.displacement, scratch.desired_velocity
-    goal, goal_velocity, tolerance = scratch.target, scratch.target_velocity, robot.tolerance
-    square, fast, resting = 0.0, robot.max_speed, robot.stop
+    robots = tables.robots
+    settings = tables.settings
+    position = scratch.position
+    velocity = scratch.velocity
+    robot = robots.each[i]
+    away = scratch.displacement
+    before = scratch.desired_velocity
+    goal = scratch.target
+    goal_velocity = scratch.target_velocity
+    tolerance = robot.tolerance
+    square = 0.0
+    fast = robot.max_speed
+    resting = robot.stop
     for axis in range(settings.dimension):
         square += squared(robot.target[axis] - robot.position[axis])
         fast += abs(robot.velocity[axis])
@@ -119,8 +130,13 @@ def keep_velocity(i: int, until: float, to: float, tables: DecisionTables, scrat
 
     `scratch` holds its position and velocity (d,), the position is then that at `to`.
     """
-    robots, settings, position, velocity = tables.robots, tables.settings, scratch.position, scratch.velocity
-    robot, before, after = robots.each[i], scratch.desired_velocity, scratch.displacement
+    robots = tables.robots
+    settings = tables.settings
+    position = scratch.position
+    velocity = scratch.velocity
+    robot = robots.each[i]
+    before = scratch.desired_velocity
+    after = scratch.displacement
     target_state(i, settings.now + until, robots, tables.targets, scratch.target, scratch.target_velocity)
     for axis in range(settings.dimension):
         before[axis] = position[axis] - scratch.target[axis]
@@ -141,7 +157,10 @@ def difference_cost(
     It keeps its velocity from then to the time `to` [s], if that is later. Or, to follow an acceleration: the
     difference from it now, as a share [1] of the largest acceleration.
     """
-    robot, settings, found, square = tables.robots.each[i], tables.settings, scratch.velocity, 0.0
+    robot = tables.robots.each[i]
+    settings = tables.settings
+    found = scratch.velocity
+    square = 0.0
     if robot.objective == FOLLOW_VELOCITY:
         state_on_path(paths, row, settings.now + until, scratch.position, found)
     else:
@@ -174,10 +193,12 @@ def manoeuvre_cost(
     i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
 ) -> float:
     """Cost [s] of row `row` of `paths` for robot i by its objective, see `cost_by_part`; of a mixed one the mean."""
-    robot, parts = tables.robots.each[i], tables.objectives
+    robot = tables.robots.each[i]
+    parts = tables.objectives
     if robot.objective == IN_PYTHON:
         return cost_in_python(until, to, paths, row, tables)
-    mixed, cost = robot.objective == MIXED, 0.0
+    mixed = robot.objective == MIXED
+    cost = 0.0
     for p in range(len(parts.kind) if mixed else 1):
         if mixed:
             take_part(robot, p, parts)
@@ -198,27 +219,35 @@ def cost_by_part(
     acceleration: the cost of the difference from it. Detours around the robots `near` (m,) and the passive obstacles,
     where they will be at the horizon, are added.
     """
-    robots, bodies, settings, responses = tables.robots, tables.bodies, tables.settings, tables.responses
-    robot, position, velocity = robots.each[i], scratch.position, scratch.velocity
+    robots = tables.robots
+    bodies = tables.bodies
+    settings = tables.settings
+    responses = tables.responses
+    robot = robots.each[i]
+    position = scratch.position
+    velocity = scratch.velocity
     if robot.objective != ARRIVE:
         return difference_cost(i, until, to, paths, row, tables, scratch)
     arrival = float(arrival_within(i, until, paths, row, tables, scratch))
     if arrival >= 0.0:
         return arrival
-    goal, then = scratch.target, settings.now + until
+    goal = scratch.target
+    then = settings.now + until
     left = time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch)
     if to > until and left > 0.0:
         arrival = keep_velocity(i, until, to, tables, scratch)
         if arrival >= 0.0:
             return arrival
-        until, then = to, settings.now + to
+        until = to
+        then = settings.now + to
         left = time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch)
     cost = until + left
     if settings.dimension == 2 and len(settings.detours) > 0:
         target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
         for k in near:
-            end, radius = robots.each[k].end_position, robot.radius + robots.each[k].radius + robot.margin_among
+            end = robots.each[k].end_position
+            radius = robot.radius + robots.each[k].radius + robot.margin_among
             if may_block(position, goal, end[0], end[1], radius):
                 longer += detour_length(position, goal, end[0], end[1], radius)
         for e in range(len(bodies.at_horizon)):
@@ -237,9 +266,12 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
 
     The control is the one nearest to u in the smallest ball that holds all admissible controls.
     """
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
     robot = robots.each[i]
-    inside, until = scratch.control, max(settings.period, responses.each[r].step)
+    inside = scratch.control
+    until = max(settings.period, responses.each[r].step)
     p, radius = smallest_control_ball(robot, r, responses)
     square = 0.0
     for axis in range(settings.dimension):
@@ -252,7 +284,9 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
     response_path(robot, r, inside, responses, settings, until, scratch.paths, 0)
     if robot.objective == IN_PYTHON:
         return cost_in_python(until, until, scratch.paths, 0, tables)
-    mixed, cost, parts = robot.objective == MIXED, 0.0, tables.objectives
+    mixed = robot.objective == MIXED
+    cost = 0.0
+    parts = tables.objectives
     for p in range(len(parts.kind) if mixed else 1):
         if mixed:
             take_part(robot, p, parts)
@@ -266,13 +300,16 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
 @inlined
 def optimistic_part(i: int, until: float, tables: DecisionTables, scratch: Scratch) -> float:
     """As `cost_by_part`, of the first row of the scratch's paths, without obstacles."""
-    robots, settings = tables.robots, tables.settings
+    robots = tables.robots
+    settings = tables.settings
     if robots.each[i].objective != ARRIVE:
         return float(difference_cost(i, until, until, scratch.paths, 0, tables, scratch))
     arrival = float(arrival_within(i, until, scratch.paths, 0, tables, scratch))
     if arrival >= 0.0:
         return arrival
-    then, position, velocity = settings.now + until, scratch.position, scratch.velocity
+    then = settings.now + until
+    position = scratch.position
+    velocity = scratch.velocity
     left = time_to_target(i, then, position, velocity, robots, tables.responses, tables.targets, scratch)
     return float(until + left)
 
@@ -283,10 +320,15 @@ def detour_length(position: Array, goal: Array, x: float, y: float, radius: floa
 
     Two tangents and an arc; 0 for a disc that is not in the way.
     """
-    ax, ay, bx, by = position[0] - x, position[1] - y, goal[0] - x, goal[1] - y
-    first, second = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)
+    ax = position[0] - x
+    ay = position[1] - y
+    bx = goal[0] - x
+    by = goal[1] - y
+    first = np.sqrt(ax * ax + ay * ay)
+    second = np.sqrt(bx * bx + by * by)
     cosine = (ax * bx + ay * by) / max(first * second, 1e-12)
-    first, second = max(first, radius), max(second, radius)
+    first = max(first, radius)
+    second = max(second, radius)
     angle = np.arccos(min(1.0, max(-1.0, cosine))) - np.arccos(radius / first) - np.arccos(radius / second)
     if angle <= 0.0:
         return 0.0
@@ -301,7 +343,10 @@ def may_block(position: Array, goal: Array, x: float, y: float, radius: float) -
 
     If not, `detour_length` around it is 0.
     """
-    dx, dy, tx, ty = goal[0] - position[0], goal[1] - position[1], x - position[0], y - position[1]
+    dx = goal[0] - position[0]
+    dy = goal[1] - position[1]
+    tx = x - position[0]
+    ty = y - position[1]
     along = min(1.0, max(0.0, (tx * dx + ty * dy) / (dx * dx + dy * dy + 1e-300)))
     return bool(squared(tx - along * dx) + squared(ty - along * dy) < (1.0 + 1e-6) * radius * radius)
 
@@ -351,7 +396,8 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
     With a mixed objective it is the mean of those of the parts. With one in Python and an `angle` [rad], it leads to
     the velocity to which the preferred control leads, turned.
     """
-    robot, parts = tables.robots.each[i], tables.objectives
+    robot = tables.robots.each[i]
+    parts = tables.objectives
     if robot.objective == IN_PYTHON:
         preferred_in_python(i, r, angle, tables, u)
         return
@@ -370,11 +416,14 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
 @kernel
 def preferred_in_python(i: int, r: int, angle: float, tables: DecisionTables, u: Array) -> None:
     """Write the control of response r that an objective in Python prefers into u (3,), see `preferred_control`."""
-    robot, objectives, shares = tables.robots.each[i], tables.objectives, tables.responses.each[r].settled_velocity
+    robot = tables.robots.each[i]
+    objectives = tables.objectives
+    shares = tables.responses.each[r].settled_velocity
     call_back(objectives.address, PREFERRED, r - tables.responses.kinds[robot.kind], 0.0, 0.0)
     copy_into(u, objectives.preferred)
     if angle != 0.0:
-        drift, reached = np.zeros(3), np.zeros(3)
+        drift = np.zeros(3)
+        reached = np.zeros(3)
         for axis in range(3):
             drift[axis] = shares[0] * robot.velocity[axis] + shares[1] * robot.acceleration[axis]
             reached[axis] = drift[axis] + shares[2] * u[axis]
@@ -386,7 +435,8 @@ def preferred_in_python(i: int, r: int, angle: float, tables: DecisionTables, u:
 @inlined
 def turn(velocity: Array, angle: float) -> None:
     """Turn a velocity (d,) [m/s] by an angle [rad] about the third axis."""
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     velocity[0], velocity[1] = c * velocity[0] - s * velocity[1], s * velocity[0] + c * velocity[1]
 
 
@@ -398,7 +448,9 @@ def preferred_by_part(i: int, r: int, angle: float, tables: DecisionTables, scra
     the earliest time. Otherwise, or if no admissible control does: the control that settles at the desired velocity.
     With `angle` [rad], for a detour: at that velocity, turned.
     """
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
     robot = robots.each[i]
     if robot.objective == FOLLOW_ACCELERATION:
         initial = responses.each[r].initial_acceleration
@@ -414,7 +466,10 @@ def preferred_by_part(i: int, r: int, angle: float, tables: DecisionTables, scra
         and earliest_aim(i, r, tables, scratch, u)
     ):
         return
-    d, position, velocity, desired = settings.dimension, scratch.position, scratch.velocity, scratch.desired_velocity
+    d = settings.dimension
+    position = scratch.position
+    velocity = scratch.velocity
+    desired = scratch.desired_velocity
     step = responses.each[r].step
     # To pass, from the position that the robot will have then; a detour starts at the present position.
     ahead = step if angle == 0.0 and not robot.stop else 0.0
@@ -437,11 +492,16 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     admissible control reaches the target at one of them. No admissible control exceeds the larger of the present and
     the maximum speed within the horizon, so a target at rest is not reached sooner than at that speed.
     """
-    robots, responses, targets, settings = tables.robots, tables.responses, tables.targets, tables.settings
+    robots = tables.robots
+    responses = tables.responses
+    targets = tables.targets
+    settings = tables.settings
     robot = robots.each[i]
     limits = admissible_set(i, r, robots, responses, tables.bounds)
     target_state(i, settings.now, robots, targets, scratch.target, scratch.target_velocity)
-    square, top, speed = 0.0, robot.max_speed, 0.0
+    square = 0.0
+    top = robot.max_speed
+    speed = 0.0
     for axis in range(settings.dimension):
         square += squared(scratch.target[axis] - robot.position[axis])
         speed += squared(robot.velocity[axis])
@@ -449,12 +509,15 @@ def earliest_aim(i: int, r: int, tables: DecisionTables, scratch: Scratch, u: Ar
     soonest = 0.0 if robot.moving else min(straight, settings.horizon)
     latest = max(AIM_LATEST * (np.sqrt(square) / top + top / robot.max_acceleration), 2.0 * AIM_FIRST)
     ratio = (latest / AIM_FIRST) ** (1.0 / (AIM_TIMES - 1))
-    before, t, found = 0.0, AIM_FIRST, False
+    before = 0.0
+    t = AIM_FIRST
+    found = False
     for _ in range(AIM_TIMES):
         found = t >= soonest and excess_at_target(i, r, t, limits, tables, scratch, u) <= 0.0
         if found:
             break
-        before, t = t, t * ratio
+        before = t
+        t = t * ratio
     if not found:
         return False
     if soonest > before and excess_at_target(i, r, soonest, limits, tables, scratch, u) <= 0.0:
@@ -471,7 +534,8 @@ def first_admissible(
     The one of `late` is admissible, that of `early` is not. Regula falsi, with halved values where one end stays.
     """
     f = excess_at_target(i, r, early, limits, tables, scratch, u)
-    g, side = excess_at_target(i, r, late, limits, tables, scratch, u), 0
+    g = excess_at_target(i, r, late, limits, tables, scratch, u)
+    side = 0
     for _ in range(AIM_STEPS):
         if late - early <= AIM_ROOT * late or g == 0.0:
             break
@@ -480,11 +544,13 @@ def first_admissible(
             t = 0.5 * (early + late)
         h = excess_at_target(i, r, t, limits, tables, scratch, u)
         if h > 0.0:
-            early, f = t, h
+            early = t
+            f = h
             g *= 0.5 if side < 0 else 1.0
             side = -1
         else:
-            late, g = t, h
+            late = t
+            g = h
             f *= 0.5 if side > 0 else 1.0
             side = 1
     return excess_at_target(i, r, late, limits, tables, scratch, u) <= 0.0
@@ -498,7 +564,8 @@ def excess_at_target(
 
     That control goes into u (3,); not above 0 if it is admissible, inf if there is none.
     """
-    robots, settings = tables.robots, tables.settings
+    robots = tables.robots
+    settings = tables.settings
     robot = robots.each[i]
     of_velocity, of_acceleration, gain = position_shares(r, t, tables.responses)
     if not gain > 0.0:
@@ -516,18 +583,24 @@ def position_shares(r: int, t: float, responses: ResponseTable) -> tuple[float, 
 
     After the end of its table the motion goes on in a straight line.
     """
-    first, last = responses.first[r], responses.first[r + 1]
-    low, high = first, last
+    first = responses.first[r]
+    last = responses.first[r + 1]
+    low = first
+    high = last
     while high - low > 1:
         middle = (low + high) // 2
         if responses.knots[middle + r] <= t:
             low = middle
         else:
             high = middle
-    begin, end = responses.knots[low + r], responses.knots[low + r + 1]
-    x, beyond = min((t - begin) / (end - begin), 1.0), max(t - end, 0.0) * 3.0 / (end - begin)
+    begin = responses.knots[low + r]
+    end = responses.knots[low + r + 1]
+    x = min((t - begin) / (end - begin), 1.0)
+    beyond = max(t - end, 0.0) * 3.0 / (end - begin)
     piece = responses.pieces[low]
-    v, a, g = piece.velocity_gain, piece.acceleration_gain, piece.gain
+    v = piece.velocity_gain
+    a = piece.acceleration_gain
+    g = piece.gain
     return (
         value(v[0], v[1], v[2], v[3], x) + beyond * (v[3] - v[2]),
         value(a[0], a[1], a[2], a[3], x) + beyond * (a[3] - a[2]),
@@ -541,11 +614,15 @@ def optimistic_costs(i: int, detour: int, closed: Flags, tables: DecisionTables,
 
     `detour`: 0 the straight line to the target, else the number of the detour.
     """
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
-    first, angle = responses.kinds[robots.each[i].kind], 0.0 if detour == 0 else settings.detours[detour - 1]
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
+    first = responses.kinds[robots.each[i].kind]
+    angle = 0.0 if detour == 0 else settings.detours[detour - 1]
     for k in range(len(closed)):
         if not closed[k]:
-            r, at = first + k, detour * len(closed) + k
+            r = first + k
+            at = detour * len(closed) + k
             preferred_control(i, r, angle, tables, search.scratch, search.preferred[at])
             search.costs[at] = optimistic_cost(i, r, search.preferred[at], tables, search.scratch)
 

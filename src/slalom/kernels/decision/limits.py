@@ -32,7 +32,9 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
 
     Half-spaces that hold all of the smallest ball are left out.
     """
-    robot, flats, own = robots.each[i], 0, range(bounds.first[i], bounds.first[i + 1])
+    robot = robots.each[i]
+    flats = 0
+    own = range(bounds.first[i], bounds.first[i + 1])
     peaks = range(responses.first_peak[r], responses.first_peak[r + 1])
     balls = len(peaks)
     for p in peaks:
@@ -55,7 +57,8 @@ def admissible_set(i: int, r: int, robots: RobotTable, responses: ResponseTable,
         for b in own:
             if bounds.rows[b, 0] != responses.peaks[p, 1]:
                 continue
-            along, center = 0.0, 0.0
+            along = 0.0
+            center = 0.0
             for axis in range(3):
                 along += bounds.rows[b, 2 + axis] * peak_drift(robot, p, axis, responses)
                 rows[k, 1 + axis] = bounds.rows[b, 2 + axis] * np.sign(gain)
@@ -87,11 +90,13 @@ def smallest_control_ball(robot: Robot, r: int, responses: ResponseTable) -> tup
 
     The centre is -`peak_drift` / gain. See `limits.Limits.admissible`.
     """
-    least, radius = -1, np.inf
+    least = -1
+    radius = np.inf
     for p in range(responses.first_peak[r], responses.first_peak[r + 1]):
         size = largest_norm(robot, p, responses) / abs(responses.peaks[p, 4])
         if size < radius:
-            least, radius = p, size
+            least = p
+            radius = size
     return least, radius
 
 

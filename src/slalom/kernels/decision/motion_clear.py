@@ -20,14 +20,18 @@ from slalom.kernels.selection.candidates import nearest_admissible
 @kernel
 def chord_distance(p: Array) -> float:
     """A lower bound [m] of the distance to the origin along the cubic p (4, 3) [m]: that of `chord_distances`."""
-    square, along = 1e-300, 0.0
+    square = 1e-300
+    along = 0.0
     for axis in range(3):
         square += squared(p[3, axis] - p[0, axis])
         along -= p[0, axis] * (p[3, axis] - p[0, axis])
     along = min(max(along / square, 0.0), 1.0)
-    least, e, f = 0.0, 0.0, 0.0
+    least = 0.0
+    e = 0.0
+    f = 0.0
     for axis in range(3):
-        a, b = p[0, axis], p[3, axis]
+        a = p[0, axis]
+        b = p[3, axis]
         least += squared(a + along * (b - a))
         e += squared(p[1, axis] - (2.0 * a + b) / 3.0)
         f += squared(p[2, axis] - (a + 2.0 * b) / 3.0)
@@ -55,34 +59,48 @@ def path_is_clear(
 
     Near hulls it is False. `shared_row`: the path that must be clear of the bodies that avoid the robot too.
     """
-    pieces, now, horizon = rows.pieces, settings.now, settings.horizon
-    times, points = paths.times, paths.points
-    d, n = pieces.points.shape[2], points.shape[1]
-    p, resting = np.zeros((4, 3)), -1.0
+    pieces = rows.pieces
+    now = settings.now
+    horizon = settings.horizon
+    times = paths.times
+    points = paths.points
+    d = pieces.points.shape[2]
+    n = points.shape[1]
+    p = np.zeros((4, 3))
+    resting = -1.0
     for s in range(len(pieces.body)):
         body = pieces.body[s]
         if skipped[s]:
             continue
-        own, first = shared_row if rows.bodies[body].share < 1.0 else row, pieces.times[s, 0]
+        own = shared_row if rows.bodies[body].share < 1.0 else row
+        first = pieces.times[s, 0]
         if not rows.bodies[body].at_rest and resting < 0.0:
             resting = rest_of_path(paths, row, now)
         until = horizon if rows.bodies[body].at_rest else min(horizon, resting)
         width = pieces.times[s, 1] - pieces.times[s, 0]
-        t0, t1, k = max(first, 0.0), min(pieces.times[s, 1], until), 0
+        t0 = max(first, 0.0)
+        t1 = min(pieces.times[s, 1], until)
+        k = 0
         while t0 < t1:
             # As in `encounters.state_on_path`: the last piece that has a length goes on.
             while k < n - 1 and times[own, k + 1] - now <= t0 and times[own, k + 2] > times[own, k + 1]:
                 k += 1
-            start, end = times[own, k] - now, times[own, k + 1] - now
+            start = times[own, k] - now
+            end = times[own, k + 1] - now
             stop = min(t1, end) if end > t0 else t1
-            a, b = (t0 - first) / width, (stop - first) / width
-            e, f = (t0 - start) / (end - start), (stop - start) / (end - start)
+            a = (t0 - first) / width
+            b = (stop - first) / width
+            e = (t0 - start) / (end - start)
+            f = (stop - start) / (end - start)
             for axis in range(d):
                 q = pieces.points[s, :, axis]
                 q0, q1, q2, q3 = restrict(q[0], q[1], q[2], q[3], a, b)
                 o = points[own, k, :, axis]
                 o0, o1, o2, o3 = restrict(o[0], o[1], o[2], o[3], e, f)
-                p[0, axis], p[1, axis], p[2, axis], p[3, axis] = q0 - o0, q1 - o1, q2 - o2, q3 - o3
+                p[0, axis] = q0 - o0
+                p[1, axis] = q1 - o1
+                p[2, axis] = q2 - o2
+                p[3, axis] = q3 - o3
             radius = pieces.radius[s] + pieces.growth[s] * a + max(pieces.growth[s] * (b - a), 0.0)
             if chord_distance(p) < radius + rows.bodies[body].hull_radius and not (
                 rows.hull[body] < 0 and keeps_distance(p, radius, stack)
@@ -114,14 +132,19 @@ def preferred_is_free(
     That control goes into `controls.found`, its path into the first row of the scratch. `met` (m,): the robots whose
     bodies follow the passive ones in `rows`.
     """
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
-    u, tested, unchanged = controls.found, scratch.control, controls.unchanged
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
+    u = controls.found
+    tested = scratch.control
+    unchanged = controls.unchanged
     if not nearest_admissible(controls.preferred, admissible_set(i, r, robots, responses, tables.bounds), u)[0]:
         return False
     share = common_share(rows)
     if share == 0.0:
         return False
-    halves, pieces = share < 1.0, rows.pieces
+    halves = share < 1.0
+    pieces = rows.pieces
     ignored = np.zeros(len(rows.bodies), np.bool_)
     for b in range(len(ignored)):
         ignored[b] = rows.bodies[b].robot >= 0

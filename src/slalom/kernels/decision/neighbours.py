@@ -38,7 +38,9 @@ def reachable_balls(
     shared, and its committed path.
     """
     robot = robots.each[i]
-    low, high, control = np.full((BALL_WINDOWS, 3), np.inf), np.full((BALL_WINDOWS, 3), -np.inf), np.zeros(3)
+    low = np.full((BALL_WINDOWS, 3), np.inf)
+    high = np.full((BALL_WINDOWS, 3), -np.inf)
+    control = np.zeros(3)
     bounding_balls(robots.committed.times[i], robots.committed.points[i], settings, centers, radii)
     for w in range(BALL_WINDOWS):
         if radii[w] >= 0.0:
@@ -49,11 +51,15 @@ def reachable_balls(
         for part in range(2 if settings.share < 1.0 else 1):
             radius = tested_controls(robot, r, 1.0 if part == 0 else 1.0 / settings.least_share, responses, control)
             for k in range(2 * BALL_WINDOWS + 1):
-                gains, bend = response.window_gains[k * STRIDE], response.ball_bends[k]
-                before, after = max(k - 1, 0) // 2, min(k, 2 * BALL_WINDOWS - 1) // 2
+                gains = response.window_gains[k * STRIDE]
+                bend = response.ball_bends[k]
+                before = max(k - 1, 0) // 2
+                after = min(k, 2 * BALL_WINDOWS - 1) // 2
                 wide = radius * (gains[2] + bend[2]) + response.error
                 for axis in range(settings.dimension):
-                    v, a, u = robot.velocity[axis], robot.acceleration[axis], control[axis]
+                    v = robot.velocity[axis]
+                    a = robot.acceleration[axis]
+                    u = control[axis]
                     x = robot.position[axis] + gains[0] * v + gains[1] * a + gains[2] * u
                     more = wide + bend[0] * abs(v) + bend[1] * abs(a) + bend[2] * abs(u)
                     low[before, axis], high[before, axis] = (
@@ -67,7 +73,8 @@ def reachable_balls(
                         )
     for w in range(BALL_WINDOWS):
         for axis in range(settings.dimension, 3):
-            low[w, axis], high[w, axis] = 0.0, 0.0
+            low[w, axis] = 0.0
+            high[w, axis] = 0.0
         radii[w] = ball_of(low[w], high[w], centers[w])
 
 
@@ -91,13 +98,19 @@ def response_balls(robot: Robot, r: int, responses: ResponseTable, centers: Arra
 
     One for each of w = RESPONSE_WINDOWS windows.
     """
-    control, response = np.zeros(3), responses.each[r]
+    control = np.zeros(3)
+    response = responses.each[r]
     radius = tested_controls(robot, r, 1.0, responses, control)
     for w in range(RESPONSE_WINDOWS):
-        first, last, bend = response.window_gains[w], response.window_gains[w + 1], response.window_bends[w]
-        square, more = 0.0, 0.0
+        first = response.window_gains[w]
+        last = response.window_gains[w + 1]
+        bend = response.window_bends[w]
+        square = 0.0
+        more = 0.0
         for axis in range(3):
-            v, a, u = robot.velocity[axis], robot.acceleration[axis], control[axis]
+            v = robot.velocity[axis]
+            a = robot.acceleration[axis]
+            u = control[axis]
             begin = robot.position[axis] + first[0] * v + first[1] * a + first[2] * u
             end = robot.position[axis] + last[0] * v + last[1] * a + last[2] * u
             centers[w, axis] = 0.5 * (begin + end)
@@ -126,14 +139,17 @@ def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, ro
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its reachable set in each window.
     """
     robot = robots.each[i]
-    met, count = np.empty(len(near), np.int64), 0
+    met = np.empty(len(near), np.int64)
+    count = 0
     # Without slices and calls: this runs for every robot that is near.
     for k in near:
         other = robots.each[k]
         touch = robot.radius + other.radius + robot.margin_among
         for w in range(BALL_WINDOWS - 1, -1, -1):
             theirs = other.ball_centers[w]
-            x, y, z = centers[w, 0] - theirs[0], centers[w, 1] - theirs[1], centers[w, 2] - theirs[2]
+            x = centers[w, 0] - theirs[0]
+            y = centers[w, 1] - theirs[1]
+            z = centers[w, 2] - theirs[2]
             reach = radii[w] + other.ball_radii[w] + touch
             if reach >= 0.0 and x * x + y * y + z * z <= reach * reach:
                 met[count] = k
@@ -157,8 +173,11 @@ def build_cell_list(
 
     Their committed paths begin where they are, see `continue_from_state`.
     """
-    robots, responses, settings = by_reference(robots), by_reference(responses), by_reference(settings)
-    position, velocity = np.empty(settings.dimension), np.empty(settings.dimension)
+    robots = by_reference(robots)
+    responses = by_reference(responses)
+    settings = by_reference(settings)
+    position = np.empty(settings.dimension)
+    velocity = np.empty(settings.dimension)
     for i in order:
         continue_from_state(i, robots, settings, position, velocity)
     for k in range(len(robots.each)):
@@ -173,7 +192,10 @@ def largest_approach(order: Indices, robots: RobotTable, responses: ResponseTabl
 
     The decision of a robot that shares its manoeuvre is observed at once, so its whole reachable set counts for others.
     """
-    centers, radii, own, other = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS), 0.0, 0.0
+    centers = np.empty((BALL_WINDOWS, 3))
+    radii = np.empty(BALL_WINDOWS)
+    own = 0.0
+    other = 0.0
     for k in range(len(robots.each)):
         one = robots.each[k]
         if one.present:
@@ -187,14 +209,22 @@ def largest_approach(order: Indices, robots: RobotTable, responses: ResponseTabl
 @kernel
 def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, settings: DecisionSettings) -> CellList:
     """All robots in cells: none of `order` (m,) can meet a robot outside its own and the neighbouring cells."""
-    n, d, worlds, margin, size, speed = len(robots.each), settings.dimension, 1, 0.0, 0.0, 0.0
-    low, high = np.full(d, np.inf), np.full(d, -np.inf)
+    n = len(robots.each)
+    d = settings.dimension
+    worlds = 1
+    margin = 0.0
+    size = 0.0
+    speed = 0.0
+    low = np.full(d, np.inf)
+    high = np.full(d, -np.inf)
     for k in range(n):
         robot = robots.each[k]
         if not robot.present:
             continue
-        size, speed = max(size, robot.radius), max(speed, robot.max_speed)
-        worlds, margin = max(worlds, robot.world + 1), max(margin, robot.margin_among)
+        size = max(size, robot.radius)
+        speed = max(speed, robot.max_speed)
+        worlds = max(worlds, robot.world + 1)
+        margin = max(margin, robot.margin_among)
         for axis in range(d):
             low[axis] = min(low[axis], robot.position[axis])
             high[axis] = max(high[axis], robot.position[axis])
@@ -204,7 +234,8 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
         far = max(far, largest_approach(order, robots, responses, settings))
     far += 2.0 * size + margin
     most = int(np.ceil((4.0 * n / worlds + 1.0) ** (1.0 / d)))
-    counts, width = np.ones(d, np.int64), np.empty(d)
+    counts = np.ones(d, np.int64)
+    width = np.empty(d)
     total = worlds
     for axis in range(d):
         extent = high[axis] - low[axis]
@@ -212,7 +243,9 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
             counts[axis] = min(int(extent / far), most)
         width[axis] = max(extent / counts[axis], far)
         total *= counts[axis]
-    first, member, cell = np.zeros(total + 1, np.int64), np.empty(n, np.int64), np.zeros(n, np.int64)
+    first = np.zeros(total + 1, np.int64)
+    member = np.empty(n, np.int64)
+    cell = np.zeros(n, np.int64)
     for k in range(n):
         if robots.each[k].present:
             cell[k] = cell_at(robots.each[k], low, width, counts)
@@ -245,7 +278,9 @@ def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: Decis
     the same bits in every partition.
     """
     robot = robots.each[i]
-    d, count, at = len(cells.counts), 0, np.zeros(3, np.int64)
+    d = len(cells.counts)
+    count = 0
+    at = np.zeros(3, np.int64)
     for axis in range(d):
         at[axis] = min(
             max(int((robot.position[axis] - cells.low[axis]) / cells.width[axis]), 0), cells.counts[axis] - 1
@@ -273,7 +308,8 @@ def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: Decis
 @inlined
 def is_in_reach(robot: Robot, other: Robot, settings: DecisionSettings) -> bool:
     """Whether two robots can meet within the horizon, both straight at max speed."""
-    speeds, square = robot.max_speed + other.max_speed, 0.0
+    speeds = robot.max_speed + other.max_speed
+    square = 0.0
     reach = speeds * settings.horizon + robot.radius + other.radius + robot.margin_among
     for axis in range(settings.dimension):
         square += squared(other.position[axis] - robot.position[axis])
@@ -287,14 +323,17 @@ def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> I
     Two robots of one round, and their images, are never in neighbouring cells, so that neither observes the decision of
     the other.
     """
-    latest, found = np.full(len(cells.first) - 1, -1), np.empty(len(order), np.int64)
+    latest = np.full(len(cells.first) - 1, -1)
+    found = np.empty(len(order), np.int64)
     sides = np.ones(3, np.int64)
     copy_into(sides, cells.counts)
     for n in range(len(order)):
         robot = robots.each[order[n]]
         # Cells are numbered as if there were three axes, the last ones of length 1.
         c = cell_at(robot, cells.low, cells.width, cells.counts)
-        x, y, z = c // (sides[1] * sides[2]) % sides[0], c // sides[2] % sides[1], c % sides[2]
+        x = c // (sides[1] * sides[2]) % sides[0]
+        y = c // sides[2] % sides[1]
+        z = c % sides[2]
         world = robot.world * sides[0]
         last = -1
         for u in range(max(x - 1, 0), min(x + 2, sides[0])):

@@ -53,17 +53,21 @@ def bounding_balls(times: Array, points: Array, settings: DecisionSettings, cent
     The path has pieces between `times` (n + 1,) [s] with control points (n, 4, 3) [m]. A window without a piece has the
     radius -inf.
     """
-    low, high = np.empty(3), np.empty(3)
+    low = np.empty(3)
+    high = np.empty(3)
     for w in range(BALL_WINDOWS):
         a = settings.now + settings.horizon * w / BALL_WINDOWS
         b = settings.now + settings.horizon * (w + 1) / BALL_WINDOWS
         for axis in range(3):
-            low[axis], high[axis] = np.inf, -np.inf
+            low[axis] = np.inf
+            high[axis] = -np.inf
         for p in range(len(points)):
-            first, last = times[p], times[p + 1]
+            first = times[p]
+            last = times[p + 1]
             if last <= first or last < a or first > b:
                 continue
-            e, f = (max(a, first) - first) / (last - first), (min(b, last) - first) / (last - first)
+            e = (max(a, first) - first) / (last - first)
+            f = (min(b, last) - first) / (last - first)
             for axis in range(3):
                 p0, p1, p2, p3 = restrict(
                     points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis], e, f
@@ -99,7 +103,8 @@ def response_path(
 
     Pieces that begin later than `until` [s] are left out: the path is right up to then.
     """
-    first, last = responses.first[r], responses.first[r + 1]
+    first = responses.first[r]
+    last = responses.first[r + 1]
     end = settings.now + (REST_DURATION if settings.shared else responses.knots[last + r])
     for p in range(paths.times.shape[1]):
         paths.times[row, p] = end
@@ -118,7 +123,9 @@ def response_path(
 @kernel
 def predict(k: int, robots: RobotTable, settings: DecisionSettings) -> None:
     """Bound the observed path of robot k in windows of the horizon, and note its end position."""
-    robot, observed, velocity = robots.each[k], robots.observed, np.empty(3)
+    robot = robots.each[k]
+    observed = robots.observed
+    velocity = np.empty(3)
     bounding_balls(observed.times[k], observed.points[k], settings, robot.ball_centers[:], robot.ball_radii[:])
     state_on_path(observed, k, settings.now + settings.horizon, robot.end_position[:], velocity)
 
@@ -126,7 +133,9 @@ def predict(k: int, robots: RobotTable, settings: DecisionSettings) -> None:
 @kernel
 def publish(i: int, robots: RobotTable, settings: DecisionSettings) -> None:
     """Let the others observe the committed path of robot i, and its images on it, each displaced as it is now."""
-    committed, observed, image = robots.committed, robots.observed, robots.each[i].next_image
+    committed = robots.committed
+    observed = robots.observed
+    image = robots.each[i].next_image
     copy_into(observed.times[i], committed.times[i])
     copy_into(observed.points[i], committed.points[i])
     predict(i, robots, settings)
@@ -146,7 +155,8 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
     """Commit robot i to control u (3,) of response r from now on; other robots observe it at once where shared."""
     robot = robots.each[i]
     response_path(robot, r, u, responses, settings, np.inf, robots.committed, i)
-    robot.response, robot.resting = r, False
+    robot.response = r
+    robot.resting = False
     robot.settled = settings.now + max(settings.period, responses.each[r].step)
     copy_into(robot.control[:], u)
     if settings.shared:
@@ -156,7 +166,9 @@ def commit(i: int, r: int, u: Array, robots: RobotTable, responses: ResponseTabl
 @kernel
 def extend(paths: Paths, i: int, until: float, to: float) -> None:
     """Let row i of `paths` last up to `to` [s] if it ends before `until` [s] with a constant velocity."""
-    times, points, last = paths.times[i], paths.points[i], -1
+    times = paths.times[i]
+    points = paths.points[i]
+    last = -1
     for p in range(len(points)):
         if times[p + 1] > times[p]:
             last = p
@@ -164,7 +176,10 @@ def extend(paths: Paths, i: int, until: float, to: float) -> None:
         return
     bend = 0.0
     for axis in range(points.shape[2]):
-        p0, p1, p2, p3 = points[last, 0, axis], points[last, 1, axis], points[last, 2, axis], points[last, 3, axis]
+        p0 = points[last, 0, axis]
+        p1 = points[last, 1, axis]
+        p2 = points[last, 2, axis]
+        p3 = points[last, 3, axis]
         bend = max(bend, max(abs(p0 - 2.0 * p1 + p2), abs(p1 - 2.0 * p2 + p3)))
     if bend > FOLLOWING_ERROR:
         return
@@ -188,7 +203,8 @@ def continue_from_state(
     `velocity` (d,) are buffers.
     """
     robot = robots.each[i]
-    times, points = robots.committed.times[i], robots.committed.points[i]
+    times = robots.committed.times[i]
+    points = robots.committed.points[i]
     extend(robots.committed, i, settings.now + 1.5 * settings.horizon, settings.now + 2.0 * settings.horizon)
     # Before its path is moved by an error of the measured velocity.
     robot.resting = robot.resting or (robot.stop and rest_of_path(robots.committed, i, settings.now) == 0.0)
@@ -212,13 +228,18 @@ def continue_from_state(
 @kernel
 def state_on_path(paths: Paths, i: int, t: float, position: Array, velocity: Array) -> None:
     """Position and velocity (d,) at time t [s] on row i of `paths`; the last piece that has a length goes on."""
-    times, points, k = paths.times, paths.points, 0
+    times = paths.times
+    points = paths.points
+    k = 0
     while k < points.shape[1] - 1 and times[i, k + 1] <= t and times[i, k + 2] > times[i, k + 1]:
         k += 1
     width = times[i, k + 1] - times[i, k]
     x = (t - times[i, k]) / width
     for axis in range(len(position)):
-        p0, p1, p2, p3 = points[i, k, 0, axis], points[i, k, 1, axis], points[i, k, 2, axis], points[i, k, 3, axis]
+        p0 = points[i, k, 0, axis]
+        p1 = points[i, k, 1, axis]
+        p2 = points[i, k, 2, axis]
+        p3 = points[i, k, 3, axis]
         position[axis] = value(p0, p1, p2, p3, x)
         velocity[axis] = slope(p0, p1, p2, p3, x) / width
 
@@ -226,13 +247,18 @@ def state_on_path(paths: Paths, i: int, t: float, position: Array, velocity: Arr
 @kernel
 def acceleration_on_path(paths: Paths, i: int, t: float, acceleration: Array) -> None:
     """Write the acceleration (d,) [m/s^2] at time t [s] on row i of `paths`; at a jump, the value that follows it."""
-    times, points, k = paths.times, paths.points, 0
+    times = paths.times
+    points = paths.points
+    k = 0
     while k < points.shape[1] - 1 and times[i, k + 1] <= t and times[i, k + 2] > times[i, k + 1]:
         k += 1
     width = times[i, k + 1] - times[i, k]
     x = (t - times[i, k]) / width
     for axis in range(len(acceleration)):
-        p0, p1, p2, p3 = points[i, k, 0, axis], points[i, k, 1, axis], points[i, k, 2, axis], points[i, k, 3, axis]
+        p0 = points[i, k, 0, axis]
+        p1 = points[i, k, 1, axis]
+        p2 = points[i, k, 2, axis]
+        p3 = points[i, k, 3, axis]
         bend = (1.0 - x) * (p2 - 2.0 * p1 + p0) + x * (p3 - 2.0 * p2 + p1)
         acceleration[axis] = 6.0 * bend / (width * width)
 
@@ -243,9 +269,12 @@ def rest_of_path(paths: Paths, i: int, now: float) -> float:
 
     Slower than AT_REST is at rest.
     """
-    times, points, rest = paths.times, paths.points, np.inf
+    times = paths.times
+    points = paths.points
+    rest = np.inf
     for p in range(points.shape[1] - 1, -1, -1):
-        width, largest = times[i, p + 1] - times[i, p], 0.0
+        width = times[i, p + 1] - times[i, p]
+        largest = 0.0
         if not width > 0.0:
             continue
         for c in range(3):

@@ -83,8 +83,11 @@ WORK_ROW: Final = 0.3
 @kernel
 def free_without_margin(i: int, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch) -> bool:
     """Whether robot i has a response with a control that collides with none of `rows` taken without their margins."""
-    first, free = tables.responses.kinds[tables.robots.each[i].kind], False
-    radius, growth, u = rows.pieces.radius.copy(), rows.pieces.growth.copy(), np.zeros(3)
+    first = tables.responses.kinds[tables.robots.each[i].kind]
+    free = False
+    radius = rows.pieces.radius.copy()
+    growth = rows.pieces.growth.copy()
+    u = np.zeros(3)
     reduce_margin(1.0, rows)
     for k in range(len(search.excluded)):
         if not search.excluded[k]:
@@ -104,9 +107,15 @@ def latest_collision(i: int, rows: ObstaclePieces, tables: DecisionTables, searc
     Responses are compared to the part COMPARED_COLLISION of a period; the control of the one that is chosen collides at
     most the part LATEST_COLLISION of a period sooner than necessary.
     """
-    settings, first, count = tables.settings, tables.responses.kinds[tables.robots.each[i].kind], len(search.excluded)
-    times, ends, speeds = np.zeros(count), np.zeros(count), np.full(count, np.inf)
-    controls, u, latest = np.zeros((count, 3)), np.zeros(3), 0.0
+    settings = tables.settings
+    first = tables.responses.kinds[tables.robots.each[i].kind]
+    count = len(search.excluded)
+    times = np.zeros(count)
+    ends = np.zeros(count)
+    speeds = np.full(count, np.inf)
+    controls = np.zeros((count, 3))
+    u = np.zeros(3)
+    latest = 0.0
     for k in range(count):
         low = max(latest - settings.period, 1e-9)
         if search.excluded[k] or not free_until(i, first + k, low, rows, search.preferred[k], tables, u):
@@ -144,11 +153,14 @@ def free_from(
     Both lie between `low` [s], up to which `search.control` is free, and `high` [s]. The control that is free
     longest goes there. The time is bracketed by steps that double, and then found by bisection.
     """
-    u, step, k = np.zeros(3), 2.0 * tables.settings.period, r - tables.responses.kinds[tables.robots.each[i].kind]
+    u = np.zeros(3)
+    step = 2.0 * tables.settings.period
+    k = r - tables.responses.kinds[tables.robots.each[i].kind]
     while high - low > within:
         middle = min(low + step, 0.5 * (low + high))
         if free_until(i, r, middle, rows, search.preferred[k], tables, u):
-            low, step = middle, 2.0 * step
+            low = middle
+            step = 2.0 * step
             copy_into(search.control, u)
         else:
             high = middle
@@ -176,16 +188,24 @@ def impact_speed(
     i: int, r: int, t: float, u: Array, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch
 ) -> float:
     """The speed [m/s] relative to the nearest body after t [s], under control u (3,) of response r."""
-    robot, settings, scratch, pieces = tables.robots.each[i], tables.settings, search.scratch, rows.pieces
+    robot = tables.robots.each[i]
+    settings = tables.settings
+    scratch = search.scratch
+    pieces = rows.pieces
     hulls = hulls_of_bodies(tables.bodies.corners, rows.hull, np.empty((4, 2, 0)))
-    place, direction, nearest, speed = np.zeros((1, 3)), np.array([[1.0, 0.0]]), np.inf, np.inf
+    place = np.zeros((1, 3))
+    direction = np.array([[1.0, 0.0]])
+    nearest = np.inf
+    speed = np.inf
     response_path(robot, r, u, tables.responses, settings, t, scratch.paths, 0)
     state_on_path(scratch.paths, 0, settings.now + t, scratch.position, scratch.velocity)
     for s in range(len(pieces.body)):
         if t < pieces.times[s, 0] or t > pieces.times[s, 1]:
             continue
-        width, square = pieces.times[s, 1] - pieces.times[s, 0], 0.0
-        x, body = (t - pieces.times[s, 0]) / width, pieces.body[s]
+        width = pieces.times[s, 1] - pieces.times[s, 0]
+        square = 0.0
+        x = (t - pieces.times[s, 0]) / width
+        body = pieces.body[s]
         for axis in range(settings.dimension):
             p = pieces.points[s, :, axis]
             place[0, axis] = value(p[0], p[1], p[2], p[3], x) - scratch.position[axis]
@@ -196,7 +216,8 @@ def impact_speed(
         gap = distances(place, direction, rows.hull[body : body + 1], hulls)[0, 0]
         gap -= pieces.radius[s] + pieces.growth[s] * x
         if gap < nearest:
-            nearest, speed = gap, np.sqrt(square)
+            nearest = gap
+            speed = np.sqrt(square)
     return float(speed)
 
 
@@ -229,7 +250,15 @@ Larger: a robot in a narrow gap keeps more of its margin at more cost. Smaller: 
 """
 
 
-CLEAR, CONSTRAINED, KEPT, CONTINUED, SQUEEZED, DELAYED, INTERRUPTED, FALL_BACK, SEARCH = 0, 1, 2, 3, 4, 5, 6, -1, -2
+CLEAR = 0
+CONSTRAINED = 1
+KEPT = 2
+CONTINUED = 3
+SQUEEZED = 4
+DELAYED = 5
+INTERRUPTED = 6
+FALL_BACK = -1
+SEARCH = -2
 """Outcomes by number; SEARCH is none: responses must be examined."""
 
 
@@ -240,15 +269,20 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     Only bodies whose bounding balls overlap those of the committed path are tested. A path that leads to where passive
     bodies are left out is not continued.
     """
-    robots, settings = tables.robots, tables.settings
-    times, points = robots.committed.times, robots.committed.points
-    d, n, end = settings.dimension, points.shape[1], -np.inf
+    robots = tables.robots
+    settings = tables.settings
+    times = robots.committed.times
+    points = robots.committed.points
+    d = settings.dimension
+    n = points.shape[1]
+    end = -np.inf
     for p in range(n):
         if times[i, p + 1] > max(settings.now, times[i, p]):
             end = times[i, p + 1] - settings.now
     if end < settings.horizon:
         return CONSTRAINED
-    centers, radii = scratch.centers, scratch.radii
+    centers = scratch.centers
+    radii = scratch.radii
     bounding_balls(times[i], points[i], settings, centers, radii)
     if farthest_distance(robots.each[i].position[:], centers, radii) > tables.bodies.reach:
         return CONSTRAINED
@@ -265,7 +299,9 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     nothing = np.zeros(len(rows.pieces.body), np.bool_)
     if path_is_clear(rows, nothing, robots.committed, i, i, settings, scratch.stack):
         return KEPT
-    knots, drift, count = np.empty(n + 1), np.empty((n, 4, d)), 0
+    knots = np.empty(n + 1)
+    drift = np.empty((n, 4, d))
+    count = 0
     for p in range(n):
         if times[i, p + 1] <= max(settings.now, times[i, p]):
             continue
@@ -298,7 +334,10 @@ def keep_committed(
     keep its velocity until the alternative has been carried out. Or it may change to the alternative then. A robot that
     rests at its target loses nothing while it is measured there, at up to its tolerance per second.
     """
-    robots, responses, settings, costs = tables.robots, tables.responses, tables.settings, search.kept_costs
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
+    costs = search.kept_costs
     robot = robots.each[i]
     to = max(settings.period, responses.each[responses.kinds[robot.kind] + k].step)
     until = max(settings.period, robot.settled - settings.now)
@@ -320,7 +359,8 @@ def keep_committed(
 @inlined
 def free_cost(i: int, r: int, tables: DecisionTables, scratch: Scratch) -> float:
     """Cost [s] of the admissible control of response r nearest to the preferred one, without obstacles."""
-    preferred, u = np.zeros(3), np.zeros(3)
+    preferred = np.zeros(3)
+    u = np.zeros(3)
     preferred_control(i, r, 0.0, tables, scratch, preferred)
     limits = admissible_set(i, r, tables.robots, tables.responses, tables.bounds)
     if not nearest_admissible(preferred, limits, u)[0]:
@@ -331,9 +371,13 @@ def free_cost(i: int, r: int, tables: DecisionTables, scratch: Scratch) -> float
 @kernel
 def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: ResponseSearch) -> float:
     """Time [s] that robot i loses, without obstacles, if it changes to its k-th response only after `until` [s]."""
-    robots, settings, scratch = tables.robots, tables.settings, search.scratch
-    robot, d = robots.each[i], settings.dimension
-    r, state = tables.responses.kinds[robot.kind] + k, np.empty((3, 3))
+    robots = tables.robots
+    settings = tables.settings
+    scratch = search.scratch
+    robot = robots.each[i]
+    d = settings.dimension
+    r = tables.responses.kinds[robot.kind] + k
+    state = np.empty((3, 3))
     now = free_cost(i, r, tables, scratch)
     copy_into(state[0], robot.position)
     copy_into(state[1], robot.velocity)
@@ -360,7 +404,8 @@ def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: 
 @inlined
 def is_measured_at_rest(robot: Robot, dimension: int) -> bool:
     """Whether a robot that stops at its target is measured within its tolerance, at up to that tolerance per second."""
-    square, speed = 0.0, 0.0
+    square = 0.0
+    speed = 0.0
     for axis in range(dimension):
         square += squared(robot.target[axis] - robot.position[axis])
         speed += squared(robot.velocity[axis])
@@ -457,8 +502,14 @@ def most_clearance(
     That clearance is found by bisection, to `enough` / 2^CLEARANCE_STEPS. Without a choice nothing of `enough` is left
     in `rows`. `optimistic` (k,) [s]: the costs of all responses.
     """
-    radius, growth, margin = rows.pieces.radius.copy(), rows.pieces.growth.copy(), rows.margin.copy()
-    low, high, best, best_outcome, control = 0.0, tables.robots.each[i].enough, -1, CONSTRAINED, np.zeros(3)
+    radius = rows.pieces.radius.copy()
+    growth = rows.pieces.growth.copy()
+    margin = rows.margin.copy()
+    low = 0.0
+    high = tables.robots.each[i].enough
+    best = -1
+    best_outcome = CONSTRAINED
+    control = np.zeros(3)
     for step in range(CLEARANCE_STEPS + 1):
         extra = 0.0 if step == 0 else 0.5 * (low + high)
         copy_into(rows.pieces.radius, radius)
@@ -469,7 +520,9 @@ def most_clearance(
         copy_into(search.costs, optimistic)
         r, outcome = best_response(i, rows, met, near, tables, search, False, safe)
         if r >= 0:
-            low, best, best_outcome = extra, r, outcome
+            low = extra
+            best = r
+            best_outcome = outcome
             copy_into(control, search.control)
         elif step == 0:
             return r, outcome
@@ -482,10 +535,14 @@ def most_clearance(
 @inlined
 def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSearch:
     """The search of robot i, with the optimistic costs of its responses and with buffers."""
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
     robot = robots.each[i]
-    first, last = responses.kinds[robot.kind], responses.kinds[robot.kind + 1]
-    count, shortest = last - first, np.inf
+    first = responses.kinds[robot.kind]
+    last = responses.kinds[robot.kind + 1]
+    count = last - first
+    shortest = np.inf
     rows = count * (1 + len(settings.detours))
     search = ResponseSearch(
         scratch,
@@ -512,10 +569,14 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
 
     With `may_keep` it keeps the committed one as soon as no response that is left is worth a change.
     """
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
     robot = robots.each[i]
-    optimistic, committed = search.costs.copy(), robot.settled < np.inf
-    centers, radii = np.empty((BALL_WINDOWS, 3)), np.empty(BALL_WINDOWS)
+    optimistic = search.costs.copy()
+    committed = robot.settled < np.inf
+    centers = np.empty((BALL_WINDOWS, 3))
+    radii = np.empty(BALL_WINDOWS)
     reachable_balls(i, robots, responses, settings, centers, radii)
     bounded = settings.budget < np.inf
     safe = bounded and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT
@@ -570,7 +631,9 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     """
     scratch = by_reference(scratch)
     robot = tables.robots.each[i]
-    robot.work, search, result = 0.0, new_search(i, tables, scratch), CONSTRAINED
+    robot.work = 0.0
+    search = new_search(i, tables, scratch)
+    result = CONSTRAINED
     if robot.settled < np.inf and not is_too_fast(robot):
         k = first_least(search.costs)
         result = keep_committed(i, k, search.costs[k], True, near, tables, search)
@@ -586,13 +649,12 @@ def decide_all(order: Indices, cells: CellList, tables: DecisionTables) -> int:
     `cells` are those of `build_cell_list`, or NO_CELLS: then they are made first.
     """
     tables = by_reference(tables)
-    robots, settings = tables.robots, tables.settings
+    robots = tables.robots
+    settings = tables.settings
     if len(cells.member) == 0:
         cells = build_cell_list(order, robots, tables.responses, settings)
-    near, scratch = (
-        np.empty(len(cells.member), np.int64),
-        new_scratch(robots.committed.points.shape[1], settings.dimension),
-    )
+    near = np.empty(len(cells.member), np.int64)
+    scratch = new_scratch(robots.committed.points.shape[1], settings.dimension)
     for k in range(len(order)):
         i = order[k]
         count = robots_in_reach(i, cells, robots, settings, near)

@@ -28,8 +28,13 @@ def pieces_at_rest(bodies: GrownBodies, horizon: float) -> tuple[Indices, Indice
 
     A body may end before the horizon, and counts for so long [s].
     """
-    pieces, now, count, most = bodies.pieces, bodies.now, 0, len(bodies.passive)
-    body, piece, ends = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most)
+    pieces = bodies.pieces
+    now = bodies.now
+    count = 0
+    most = len(bodies.passive)
+    body = np.empty(most, np.int64)
+    piece = np.empty(most, np.int64)
+    ends = np.empty(most)
     for b in range(most):
         end = now + min(bodies.until[bodies.passive[b].owner], horizon)
         first, last = rows_within(pieces.times, bodies.first_piece[b], bodies.first_piece[b + 1], now, end)
@@ -41,7 +46,9 @@ def pieces_at_rest(bodies: GrownBodies, horizon: float) -> tuple[Indices, Indice
                 for axis in range(2 if len(pieces.turns) > 0 else 0):
                     still = still and pieces.turns[s, c, axis] == pieces.turns[first, 0, axis]
         if still:
-            body[count], piece[count], ends[count] = b, first, min(end, pieces.times[last - 1, 1]) - now
+            body[count] = b
+            piece[count] = first
+            ends[count] = min(end, pieces.times[last - 1, 1]) - now
             count += 1
     return body[:count], piece[:count], ends[:count]
 
@@ -49,16 +56,25 @@ def pieces_at_rest(bodies: GrownBodies, horizon: float) -> tuple[Indices, Indice
 @kernel
 def farthest_point(k: int, paths: Paths, settings: DecisionSettings, start: Array) -> float:
     """How far [m] from where it is now the path in row k leads within the horizon; that position goes into `start`."""
-    far, times, points = 0.0, paths.times[k], paths.points[k]
-    now, end, begun = settings.now, settings.now + settings.horizon, False
+    far = 0.0
+    times = paths.times[k]
+    points = paths.points[k]
+    now = settings.now
+    end = settings.now + settings.horizon
+    begun = False
     for p in range(len(points)):
-        first, last = times[p], times[p + 1]
+        first = times[p]
+        last = times[p + 1]
         if last <= max(first, now) or first >= end:
             continue
-        e, f = max(now - first, 0.0) / (last - first), min(end - first, last - first) / (last - first)
+        e = max(now - first, 0.0) / (last - first)
+        f = min(end - first, last - first) / (last - first)
         corners = np.zeros((4, 3))
         for axis in range(3):
-            p0, p1, p2, p3 = points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis]
+            p0 = points[p, 0, axis]
+            p1 = points[p, 1, axis]
+            p2 = points[p, 2, axis]
+            p3 = points[p, 3, axis]
             corners[0, axis], corners[1, axis], corners[2, axis], corners[3, axis] = restrict(p0, p1, p2, p3, e, f)
         if not begun:
             copy_into(start, corners[0])
@@ -85,16 +101,24 @@ def contact_on_path(
 
     Args: radius: [m] of the body, with that of the robot.
     """
-    level, place, direction = np.inf, np.zeros((1, 3)), np.array([[1.0, 0.0]])
+    level = np.inf
+    place = np.zeros((1, 3))
+    direction = np.array([[1.0, 0.0]])
     hulls = hulls_of_bodies(bodies.corners, bodies.hull, np.empty((4, 2, 0)))
     if len(bodies.pieces.turns) > 0:
-        direction[0, 0], direction[0, 1] = bodies.pieces.turns[s, 0, 0], bodies.pieces.turns[s, 0, 1]
+        direction[0, 0] = bodies.pieces.turns[s, 0, 0]
+        direction[0, 1] = bodies.pieces.turns[s, 0, 1]
     for p in range(len(points)):
-        begin, end = times[p], min(times[p + 1], until)
-        t, width = max(begin, now), times[p + 1] - begin
+        begin = times[p]
+        end = min(times[p + 1], until)
+        t = max(begin, now)
+        width = times[p + 1] - begin
         while t < end:
             for axis in range(bodies.pieces.points.shape[2]):
-                p0, p1, p2, p3 = points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis]
+                p0 = points[p, 0, axis]
+                p1 = points[p, 1, axis]
+                p2 = points[p, 2, axis]
+                p3 = points[p, 3, axis]
                 place[0, axis] = bodies.pieces.points[s, 0, axis] - value(p0, p1, p2, p3, (t - begin) / width)
             found = distances(place, direction, bodies.hull[b : b + 1], hulls)
             clearance = found[0, 0] - radius
@@ -115,15 +139,22 @@ def contact_on_path(
 @kernel
 def stop_path(k: int, paths: Paths, t: float) -> None:
     """Let the path in row k rest from a time t [s] on, up to its last time."""
-    times, points = paths.times[k], paths.points[k]
+    times = paths.times[k]
+    points = paths.points[k]
     last = len(points)
     for p in range(last - 1):
         if times[p] <= t < times[p + 1]:
             share = (t - times[p]) / (times[p + 1] - times[p])
             for axis in range(3):
-                p0, p1, p2, p3 = points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis]
+                p0 = points[p, 0, axis]
+                p1 = points[p, 1, axis]
+                p2 = points[p, 2, axis]
+                p3 = points[p, 3, axis]
                 p0, p1, p2, p3 = restrict(p0, p1, p2, p3, 0.0, share)
-                points[p, 0, axis], points[p, 1, axis], points[p, 2, axis], points[p, 3, axis] = p0, p1, p2, p3
+                points[p, 0, axis] = p0
+                points[p, 1, axis] = p1
+                points[p, 2, axis] = p2
+                points[p, 3, axis] = p3
                 for c in range(4):
                     points[p + 1, c, axis] = p3
             times[p + 1] = t
@@ -139,20 +170,26 @@ def stop_at_obstacles(kind: int, robots: RobotTable, bodies: GrownBodies, settin
     At the earliest after one period. `bodies` are grown by that skeleton. The table has room for one piece more than
     each path needs.
     """
-    observed, now, start = robots.observed, settings.now, np.zeros(3)
+    observed = robots.observed
+    now = settings.now
+    start = np.zeros(3)
     body, piece, ends = pieces_at_rest(bodies, settings.horizon)
     for k in range(len(robots.each)):
         robot = robots.each[k]
         if robot.skeleton != kind or not robot.present:
             continue
         far = farthest_point(k, observed, settings, start)
-        more, stop = robot.rounding - bodies.robot_rounding, now + settings.horizon
+        more = robot.rounding - bodies.robot_rounding
+        stop = now + settings.horizon
         for n in range(len(body) if far > 0.0 else 0):
-            passive, ball = bodies.passive[body[n]], bodies.balls[piece[n]]
+            passive = bodies.passive[body[n]]
+            ball = bodies.balls[piece[n]]
             radius = passive.radius + more
             near = is_near(ball, start, far + radius + passive.hull_radius)
             if near and not is_elsewhere(passive.world, robot.world):
-                until, times, points = min(stop, now + ends[n]), observed.times[k], observed.points[k]
+                until = min(stop, now + ends[n])
+                times = observed.times[k]
+                points = observed.points[k]
                 stop = min(stop, contact_on_path(times, points, body[n], piece[n], radius, until, bodies, now))
         if stop < now + settings.horizon:
             # What is guaranteed for one period counts on the free motion: a robot may slide along a wall.

@@ -47,7 +47,8 @@ def relative_table(
     cut = relative_segments(rows.pieces, motion, horizon)
     for s in range(len(cut.body)):
         if not rows.bodies[cut.body[s]].at_rest and cut.begin[s] >= rest - REST_ROUNDING:
-            cut.radius[s], cut.growth[s] = -np.inf, 0.0
+            cut.radius[s] = -np.inf
+            cut.growth[s] = 0.0
     hull_radius = np.empty(len(rows.bodies))
     for b in range(len(hull_radius)):
         hull_radius[b] = rows.bodies[b].hull_radius
@@ -61,9 +62,14 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
 
     A row on which no admissible control can collide changes no choice.
     """
-    pieces, horizon, d = rows.pieces, tables.settings.horizon, rows.pieces.points.shape[2]
-    centers, radii = np.empty((RESPONSE_WINDOWS, 3)), np.empty(RESPONSE_WINDOWS)
-    near, count, times = np.empty(len(pieces.body), np.int64), 0, pieces.times
+    pieces = rows.pieces
+    horizon = tables.settings.horizon
+    d = rows.pieces.points.shape[2]
+    centers = np.empty((RESPONSE_WINDOWS, 3))
+    radii = np.empty(RESPONSE_WINDOWS)
+    near = np.empty(len(pieces.body), np.int64)
+    count = 0
+    times = pieces.times
     response_balls(tables.robots.each[i], r, tables.responses, centers, radii)
     for s in range(len(pieces.body)):
         known = rows.balls[s, 3] < np.inf
@@ -84,8 +90,11 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
     )
     for k in range(count):
         s = near[k]
-        kept.times[k, 0], kept.times[k, 1] = pieces.times[s, 0], pieces.times[s, 1]
-        kept.radius[k], kept.growth[k], kept.body[k] = pieces.radius[s], pieces.growth[s], pieces.body[s]
+        kept.times[k, 0] = pieces.times[s, 0]
+        kept.times[k, 1] = pieces.times[s, 1]
+        kept.radius[k] = pieces.radius[s]
+        kept.growth[k] = pieces.growth[s]
+        kept.body[k] = pieces.body[s]
         for c in range(4):
             for axis in range(d):
                 kept.points[k, c, axis] = pieces.points[s, c, axis]
@@ -102,12 +111,17 @@ def relative_motion(
 
     `unchanged` (3,): the control that changes nothing now.
     """
-    robots, responses, settings = tables.robots, tables.responses, tables.settings
+    robots = tables.robots
+    responses = tables.responses
+    settings = tables.settings
     robot = robots.each[i]
-    d, first, last = settings.dimension, responses.first[r], responses.first[r + 1]
+    d = settings.dimension
+    first = responses.first[r]
+    last = responses.first[r + 1]
     m = last - first
     knots = responses.knots[first + r : last + r + 1]
-    drift, gain = np.empty((m, 4, d)), np.empty((m, 4))
+    drift = np.empty((m, 4, d))
+    gain = np.empty((m, 4))
     for p in range(m):
         piece = responses.pieces[first + p]
         for c in range(4):

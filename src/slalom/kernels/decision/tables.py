@@ -252,10 +252,15 @@ class DecisionSettings(NamedTuple):
     budget: float  # [us] of counted work after which a decision ends if a safe manoeuvre is known
 
 
-ARRIVE, FOLLOW_VELOCITY, FOLLOW_ACCELERATION, MIXED, IN_PYTHON = 0, 1, 2, 3, 4
+ARRIVE = 0
+FOLLOW_VELOCITY = 1
+FOLLOW_ACCELERATION = 2
+MIXED = 3
+IN_PYTHON = 4
 """Objectives by number. MIXED has parts of the first three, see `Objectives`; IN_PYTHON is called, see `callback`."""
 
-PREFERRED, COST = 0, 1
+PREFERRED = 0
+COST = 1
 """Questions to an objective in Python: the preferred control of a response; the cost of `Objectives.path`."""
 
 CALLBACK: Final = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_double)

@@ -64,7 +64,9 @@ def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: floa
     displacement the full acceleration over the shortest time changes the velocity least: if that breaks the speed
     limit, every other one does.
     """
-    square, speed, final = 0.0, 0.0, 0.0
+    square = 0.0
+    speed = 0.0
+    final = 0.0
     for axis in range(len(away)):
         square += squared(away[axis] - v[axis] * t)
         speed += v[axis] * v[axis]
@@ -100,7 +102,9 @@ def arrival_by_secants(away: Array, v: Array, max_acceleration: float, max_speed
 
     Arguments as of `earliest_arrival`.
     """
-    square, speed, along = 0.0, 0.0, 0.0
+    square = 0.0
+    speed = 0.0
+    along = 0.0
     for axis in range(len(away)):
         square += away[axis] * away[axis]
         speed += v[axis] * v[axis]
@@ -110,7 +114,8 @@ def arrival_by_secants(away: Array, v: Array, max_acceleration: float, max_speed
     # Straight ahead at the largest speed, and the time lost until the velocity points there.
     turn = np.sqrt(max(fast * fast - 2.0 * fast * along + speed, 0.0)) / max_acceleration
     t = (np.sqrt(square) - tolerance) / fast + turn * (fast - along) / (2.0 * fast)
-    before, f = t, speed_excess(away, v, max_acceleration, max_speed, tolerance, t)
+    before = t
+    f = speed_excess(away, v, max_acceleration, max_speed, tolerance, t)
     t *= 1.0 + SECANT_OFFSET
     for _ in range(ARRIVAL_STEPS):
         g = speed_excess(away, v, max_acceleration, max_speed, tolerance, t)
@@ -129,7 +134,8 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
     The point has the velocity v (d,) [m/s]. It accelerates once by at most `max_acceleration` [m/s^2] and then coasts,
     at most at `max_speed` [m/s] or at its present speed.
     """
-    square, speed = 0.0, 0.0
+    square = 0.0
+    speed = 0.0
     for axis in range(len(away)):
         square += away[axis] * away[axis]
         speed += v[axis] * v[axis]
@@ -140,7 +146,8 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
     least = (distance - tolerance) / max(max_speed, np.sqrt(speed)) * (1.0 - 1e-6)
     first = k = np.searchsorted(ARRIVAL_TIMES, least)
     root = arrival_by_secants(away, v, max_acceleration, max_speed, tolerance)
-    never, surely = root * (1.0 - ARRIVAL_ROOT), root * (1.0 + ARRIVAL_ROOT)
+    never = root * (1.0 - ARRIVAL_ROOT)
+    surely = root * (1.0 + ARRIVAL_ROOT)
     while k < len(ARRIVAL_TIMES) and ARRIVAL_TIMES[k] < surely:
         k += 1
     if not (
@@ -149,7 +156,9 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
         and speed_excess(away, v, max_acceleration, max_speed, tolerance, surely) <= 0.0
         and speed_excess(away, v, max_acceleration, max_speed, tolerance, never) > 0.0
     ):
-        never, surely, k = -np.inf, np.inf, first
+        never = -np.inf
+        surely = np.inf
+        k = first
         while (
             k < len(ARRIVAL_TIMES)
             and speed_excess(away, v, max_acceleration, max_speed, tolerance, ARRIVAL_TIMES[k]) > 0.0
@@ -157,7 +166,8 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
             k += 1
     if k == len(ARRIVAL_TIMES):
         return np.inf
-    early, late = float(ARRIVAL_TIMES[k] / ARRIVAL_RATIO), float(ARRIVAL_TIMES[k])
+    early = float(ARRIVAL_TIMES[k] / ARRIVAL_RATIO)
+    late = float(ARRIVAL_TIMES[k])
     for _ in range(30):
         middle = 0.5 * (early + late)
         # The root decides all but the last steps.
@@ -191,7 +201,9 @@ def passing_velocity(away: Array, velocity: Array, max_acceleration: float, max_
     At most `max_speed` [m/s]. `max_acceleration` [m/s^2] also bounds it on the arc from the present heading to the
     place, which has the radius distance / (2 sin angle).
     """
-    square, speed, along = 0.0, 0.0, 0.0
+    square = 0.0
+    speed = 0.0
+    along = 0.0
     for axis in range(len(away)):
         square += away[axis] * away[axis]
         speed += velocity[axis] * velocity[axis]
@@ -212,7 +224,9 @@ def time_to_rest(away: Array, velocity: Array, max_acceleration: float, braking:
     a velocity v across the line takes v^2 / (a (2 w + v)), with the largest speed w on the way: v^2 / (2 a w) for a
     small one, v / a from rest.
     """
-    square, speed, along = 0.0, 0.0, 0.0
+    square = 0.0
+    speed = 0.0
+    along = 0.0
     for axis in range(len(away)):
         square += away[axis] * away[axis]
         speed += velocity[axis] * velocity[axis]
@@ -223,13 +237,17 @@ def time_to_rest(away: Array, velocity: Array, max_acceleration: float, braking:
     waiting = 0.0
     if along > 0.0 and along * along > 2.0 * braking * distance:
         # It passes the place, and comes back.
-        waiting, distance, along = along / braking, 0.5 * along * along / braking - distance, 0.0
-    top, both = max(max_speed, along), 1.0 / max_acceleration + 1.0 / braking
+        waiting = along / braking
+        distance = 0.5 * along * along / braking - distance
+        along = 0.0
+    top = max(max_speed, along)
+    both = 1.0 / max_acceleration + 1.0 / braking
     left = distance + 0.5 * along * along / max_acceleration
     fastest = np.sqrt(2.0 * left / both)
     beyond = 0.0
     if fastest > top:
-        fastest, beyond = top, (left - 0.5 * top * top * both) / top
+        fastest = top
+        beyond = (left - 0.5 * top * top * both) / top
     turning = across * across / (max_acceleration * (2.0 * fastest + across)) if across > 0.0 else 0.0
     return float(waiting + (fastest - along) / max_acceleration + beyond + fastest / braking + turning)
 
@@ -273,9 +291,13 @@ Larger: the robot moves to a far future place of a goal that it cannot reach. Sm
 @kernel
 def moving_target(i: int, t: float, targets: TargetPaths, position: Array, velocity: Array) -> None:
     """Write the position (3,) [m] and velocity (3,) [m/s] of the moving target of robot i at time t [s]."""
-    first, last = targets.first[i], targets.first[i + 1]
-    begin, end = targets.times[first + i], targets.times[last + i]
-    low, high, at = first, last, min(max(t, begin), end)
+    first = targets.first[i]
+    last = targets.first[i + 1]
+    begin = targets.times[first + i]
+    end = targets.times[last + i]
+    low = first
+    high = last
+    at = min(max(t, begin), end)
     while high - low > 1:
         middle = (low + high) // 2
         if targets.times[middle + i] <= at:
@@ -283,7 +305,8 @@ def moving_target(i: int, t: float, targets: TargetPaths, position: Array, veloc
         else:
             high = middle
     width = targets.times[low + i + 1] - targets.times[low + i]
-    x, moves = (at - targets.times[low + i]) / width, begin <= t <= end
+    x = (at - targets.times[low + i]) / width
+    moves = begin <= t <= end
     for axis in range(3):
         p = targets.points[low, :, axis]
         position[axis] = value(p[0], p[1], p[2], p[3], x)
@@ -298,7 +321,8 @@ def target_state(i: int, t: float, robots: RobotTable, targets: TargetPaths, pos
         moving_target(i, t, targets, position, velocity)
         return
     for axis in range(3):
-        position[axis], velocity[axis] = robot.target[axis], 0.0
+        position[axis] = robot.target[axis]
+        velocity[axis] = 0.0
 
 
 @kernel
@@ -324,7 +348,8 @@ def rests_within(robot: Robot, away: Array, velocity: Array, step: float) -> boo
 
     `away` (d,) [m]: the displacement of the target, `velocity` (d,) [m/s] relative to it.
     """
-    square, speed = 0.0, 0.0
+    square = 0.0
+    speed = 0.0
     for axis in range(len(away)):
         square += squared(away[axis] - 0.5 * step * velocity[axis])
         speed += squared(velocity[axis])
@@ -349,7 +374,9 @@ def desired_velocity(
     of `slalom.model.goal.Goal.desired_velocity`. A robot that follows a velocity desires that one.
     """
     robot = robots.each[i]
-    away, desired, top = scratch.displacement, scratch.desired_velocity, robot.max_speed
+    away = scratch.displacement
+    desired = scratch.desired_velocity
+    top = robot.max_speed
     if robot.objective == FOLLOW_VELOCITY:
         for axis in range(len(position)):
             desired[axis] = robot.wanted[axis]
@@ -371,7 +398,8 @@ def desired_velocity(
     square = 0.0
     for axis in range(len(position)):
         square += squared(away[axis])
-    resting, square = resting and square <= squared(robot.tolerance), 0.0
+    resting = resting and square <= squared(robot.tolerance)
+    square = 0.0
     target_state(i, t + step, robots, targets, scratch.target, scratch.target_velocity)
     for axis in range(len(position)):
         mean = 0.5 * (velocity[axis] + scratch.target_velocity[axis])
@@ -405,8 +433,12 @@ def time_to_target(
     one that ends at rest at the target.
     """
     robot = robots.each[i]
-    most, top, tolerance = robot.max_acceleration, robot.max_speed, robot.tolerance
-    away, relative, duration = scratch.displacement, scratch.desired_velocity, 0.0
+    most = robot.max_acceleration
+    top = robot.max_speed
+    tolerance = robot.tolerance
+    away = scratch.displacement
+    relative = scratch.desired_velocity
+    duration = 0.0
     shortest = responses.each[responses.kinds[robot.kind]].shortest
     for _ in range(INTERCEPTION_STEPS if robot.moving and not robot.stop else 1):
         target_state(i, t + duration, robots, targets, scratch.target, scratch.target_velocity)

@@ -44,7 +44,9 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int) ->
         if side >= 2.0 or b in (i, j):
             continue
         r = boundaries[b, 4]
-        x, y, z = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3]
+        x = boundaries[b, 1]
+        y = boundaries[b, 2]
+        z = boundaries[b, 3]
         if side == 0.0:
             if x * u[0] + y * u[1] + z * u[2] > r + ADMISSIBLE * (1.0 + abs(r)):
                 return False
@@ -61,17 +63,27 @@ def meets(boundaries: Array, first: int, last: int, u: Array, i: int, j: int) ->
 @kernel
 def project(boundaries: Array, b: int, u: Array, found: Array) -> None:
     """Write the point of boundary b nearest to u (3,) into found[0]; at the centre of a ball any point is as near."""
-    x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
+    x = boundaries[b, 1]
+    y = boundaries[b, 2]
+    z = boundaries[b, 3]
+    r = boundaries[b, 4]
     if is_flat(boundaries, b):
         step = r - (x * u[0] + y * u[1] + z * u[2])
-        found[0, 0], found[0, 1], found[0, 2] = u[0] + step * x, u[1] + step * y, u[2] + step * z
+        found[0, 0] = u[0] + step * x
+        found[0, 1] = u[1] + step * y
+        found[0, 2] = u[2] + step * z
         return
-    dx, dy, dz = u[0] - x, u[1] - y, u[2] - z
+    dx = u[0] - x
+    dy = u[1] - y
+    dz = u[2] - z
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if length == 0.0:
-        dx, length = 1.0, 1.0
+        dx = 1.0
+        length = 1.0
     scale = r / length
-    found[0, 0], found[0, 1], found[0, 2] = x + scale * dx, y + scale * dy, z + scale * dz
+    found[0, 0] = x + scale * dx
+    found[0, 1] = y + scale * dy
+    found[0, 2] = z + scale * dz
 
 
 @kernel
@@ -101,15 +113,22 @@ def plane_of(boundaries: Array, i: int, j: int) -> tuple[bool, float, float, flo
     if is_flat(boundaries, i) or is_flat(boundaries, j):
         b = i if is_flat(boundaries, i) else j
         return True, boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
-    x, y, z = boundaries[i, 1], boundaries[i, 2], boundaries[i, 3]
-    dx, dy, dz = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 3] - z
-    ri, rj = boundaries[i, 4], boundaries[j, 4]
+    x = boundaries[i, 1]
+    y = boundaries[i, 2]
+    z = boundaries[i, 3]
+    dx = boundaries[j, 1] - x
+    dy = boundaries[j, 2] - y
+    dz = boundaries[j, 3] - z
+    ri = boundaries[i, 4]
+    rj = boundaries[j, 4]
     square = dx * dx + dy * dy + dz * dz
     if square == 0.0 or square > squared(ri + rj) or square < squared(ri - rj):
         return False, 0.0, 0.0, 0.0, 0.0
     distance = np.sqrt(square)
     along = 0.5 * (distance + (ri - rj) * (ri + rj) / distance)
-    nx, ny, nz = dx / distance, dy / distance, dz / distance
+    nx = dx / distance
+    ny = dy / distance
+    nz = dz / distance
     return True, nx, ny, nz, nx * x + ny * y + nz * z + along
 
 
@@ -118,7 +137,9 @@ def line_of(a: Plane, b: Plane) -> tuple[bool, float, float, float, float, float
     """The line (point, unit direction) in which the planes a and b meet; False if they are parallel."""
     _, ax, ay, az, ao = a
     _, bx, by, bz, bo = b
-    cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    cx = ay * bz - az * by
+    cy = az * bx - ax * bz
+    cz = ax * by - ay * bx
     square = cx * cx + cy * cy + cz * cz
     if square < PARALLEL * PARALLEL:
         return False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -136,26 +157,37 @@ def intersect_two(boundaries: Array, i: int, j: int, found: Array) -> int:
 
     Two points, or one for two lines. See `geometry.curves` for boundaries in space.
     """
-    flat_i, flat_j = is_flat(boundaries, i), is_flat(boundaries, j)
+    flat_i = is_flat(boundaries, i)
+    flat_j = is_flat(boundaries, j)
     if flat_i and flat_j:
         meet, px, py, pz, _, _, _ = line_of(flat(boundaries, i), flat(boundaries, j))
         if not meet:
             return 0
-        found[0, 0], found[0, 1], found[0, 2] = px, py, pz
+        found[0, 0] = px
+        found[0, 1] = py
+        found[0, 2] = pz
         return 1
     meet, nx, ny, nz, offset = plane_of(boundaries, i, j)
     if not meet:
         return 0
     b = j if flat_i else i
-    x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
+    x = boundaries[b, 1]
+    y = boundaries[b, 2]
+    z = boundaries[b, 3]
+    r = boundaries[b, 4]
     height = offset - (nx * x + ny * y + nz * z)
     square = r * r - height * height
     if square < 0.0:
         return 0
     half = np.sqrt(square)
-    fx, fy = x + height * nx, y + height * ny
-    found[0, 0], found[0, 1], found[0, 2] = fx - half * ny, fy + half * nx, 0.0
-    found[1, 0], found[1, 1], found[1, 2] = fx + half * ny, fy - half * nx, 0.0
+    fx = x + height * nx
+    fy = y + height * ny
+    found[0, 0] = fx - half * ny
+    found[0, 1] = fy + half * nx
+    found[0, 2] = 0.0
+    found[1, 0] = fx + half * ny
+    found[1, 1] = fy - half * nx
+    found[1, 2] = 0.0
     return 2
 
 
@@ -178,17 +210,28 @@ def intersect_circles(boundaries: Array, i: int, j: int, found: Array) -> int:
     With c the vector from one centre to the other, they lie at the share a of c, and h |c| to its sides. The exchange
     needs this most often; it takes one division and one root.
     """
-    x, y, r = boundaries[i, 1], boundaries[i, 2], boundaries[i, 4]
-    dx, dy, other = boundaries[j, 1] - x, boundaries[j, 2] - y, boundaries[j, 4]
+    x = boundaries[i, 1]
+    y = boundaries[i, 2]
+    r = boundaries[i, 4]
+    dx = boundaries[j, 1] - x
+    dy = boundaries[j, 2] - y
+    other = boundaries[j, 4]
     square = dx * dx + dy * dy
     if square == 0.0 or square > squared(r + other) or square < squared(r - other):
         return 0
     inverse = 1.0 / square
     a = 0.5 + 0.5 * (r - other) * (r + other) * inverse
     h = np.sqrt(max(r * r * inverse - a * a, 0.0))
-    x, y, sx, sy = x + a * dx, y + a * dy, h * dy, h * dx
-    found[0, 0], found[0, 1], found[0, 2] = x - sx, y + sy, 0.0
-    found[1, 0], found[1, 1], found[1, 2] = x + sx, y - sy, 0.0
+    x = x + a * dx
+    y = y + a * dy
+    sx = h * dy
+    sy = h * dx
+    found[0, 0] = x - sx
+    found[0, 1] = y + sy
+    found[0, 2] = 0.0
+    found[1, 0] = x + sx
+    found[1, 1] = y - sy
+    found[1, 2] = 0.0
     return 2
 
 
@@ -204,32 +247,49 @@ def intersect_circles(boundaries: Array, i: int, j: int, found: Array) -> int:
 @kernel
 def curve_of(boundaries: Array, i: int, j: int, u: Array, curve: Array) -> bool:
     """Whether boundaries i and j meet in space; the circle or line, seen from control u (3,), goes into `curve`."""
-    flat_i, flat_j = is_flat(boundaries, i), is_flat(boundaries, j)
+    flat_i = is_flat(boundaries, i)
+    flat_j = is_flat(boundaries, j)
     if flat_i and flat_j:
         meet, px, py, pz, ex, ey, ez = line_of(flat(boundaries, i), flat(boundaries, j))
         along = (u[0] - px) * ex + (u[1] - py) * ey + (u[2] - pz) * ez
-        curve[0, 0], curve[0, 1], curve[0, 2] = px + along * ex, py + along * ey, pz + along * ez
-        curve[1, 0], curve[1, 1], curve[1, 2] = ex, ey, ez
+        curve[0, 0] = px + along * ex
+        curve[0, 1] = py + along * ey
+        curve[0, 2] = pz + along * ez
+        curve[1, 0] = ex
+        curve[1, 1] = ey
+        curve[1, 2] = ez
         curve[3, 0] = np.inf
         return meet
     # The smaller ball holds the circle with the least rounding.
     b, other = (j, i) if flat_i or (not flat_j and boundaries[j, 4] < boundaries[i, 4]) else (i, j)
-    x, y, z, r = boundaries[b, 1], boundaries[b, 2], boundaries[b, 3], boundaries[b, 4]
-    nx, ny, nz, q = boundaries[other, 1], boundaries[other, 2], boundaries[other, 3], boundaries[other, 4]
+    x = boundaries[b, 1]
+    y = boundaries[b, 2]
+    z = boundaries[b, 3]
+    r = boundaries[b, 4]
+    nx = boundaries[other, 1]
+    ny = boundaries[other, 2]
+    nz = boundaries[other, 3]
+    q = boundaries[other, 4]
     if flat_i or flat_j:
         height = q - (nx * x + ny * y + nz * z)
     else:
-        nx, ny, nz = nx - x, ny - y, nz - z
+        nx = nx - x
+        ny = ny - y
+        nz = nz - z
         distance = np.sqrt(nx * nx + ny * ny + nz * nz)
         if distance == 0.0:
             return False
-        nx, ny, nz = nx / distance, ny / distance, nz / distance
+        nx = nx / distance
+        ny = ny / distance
+        nz = nz / distance
         height = 0.5 * (r * r + (distance - q) * (distance + q)) / distance
     square = (r - height) * (r + height)
     if square <= 0.0:
         return False
     half = np.sqrt(square)
-    curve[0, 0], curve[0, 1], curve[0, 2] = x + height * nx, y + height * ny, z + height * nz
+    curve[0, 0] = x + height * nx
+    curve[0, 1] = y + height * ny
+    curve[0, 2] = z + height * nz
     curve[3, 0] = half
     frame(curve, nx, ny, nz, u)
     return True
@@ -242,30 +302,46 @@ def frame(curve: Array, nx: float, ny: float, nz: float, u: Array) -> None:
     From the axis of the circle all its points are as near, and e is any vector in its plane. Close to the axis, the
     remaining vector to u is mostly rounding error. Its share along n is therefore removed once more.
     """
-    wx, wy, wz = u[0] - curve[0, 0], u[1] - curve[0, 1], u[2] - curve[0, 2]
+    wx = u[0] - curve[0, 0]
+    wy = u[1] - curve[0, 1]
+    wz = u[2] - curve[0, 2]
     size = np.sqrt(wx * wx + wy * wy + wz * wz) + curve[3, 0]
     length = 0.0
     for turn in range(3):
         above = wx * nx + wy * ny + wz * nz
-        wx, wy, wz = wx - above * nx, wy - above * ny, wz - above * nz
+        wx = wx - above * nx
+        wy = wy - above * ny
+        wz = wz - above * nz
         length = np.sqrt(wx * wx + wy * wy + wz * wz)
         if turn == 0 and not length > PARALLEL * size:
             # The axis that is farthest from n.
-            wx, wy, wz = 0.0, -nz, ny
+            wx = 0.0
+            wy = -nz
+            wz = ny
             if abs(nx) > 0.7:
-                wx, wy, wz = -ny, nx, 0.0
+                wx = -ny
+                wy = nx
+                wz = 0.0
             length = np.sqrt(wx * wx + wy * wy + wz * wz)
-        wx, wy, wz = wx / length, wy / length, wz / length
-    curve[1, 0], curve[1, 1], curve[1, 2] = wx, wy, wz
-    curve[2, 0], curve[2, 1], curve[2, 2] = ny * wz - nz * wy, nz * wx - nx * wz, nx * wy - ny * wx
+        wx = wx / length
+        wy = wy / length
+        wz = wz / length
+    curve[1, 0] = wx
+    curve[1, 1] = wy
+    curve[1, 2] = wz
+    curve[2, 0] = ny * wz - nz * wy
+    curve[2, 1] = nz * wx - nx * wz
+    curve[2, 2] = nx * wy - ny * wx
 
 
 @kernel
 def point_on(boundaries: Array, i: int, curve: Array, t: float, found: Array) -> None:
     """Write the point of a curve at t into found[0]; exactly on boundary i, if that is one of the admissible set."""
-    c, s = t, 0.0
+    c = t
+    s = 0.0
     if curve[3, 0] < np.inf:
-        c, s = curve[3, 0] * np.cos(t), curve[3, 0] * np.sin(t)
+        c = curve[3, 0] * np.cos(t)
+        s = curve[3, 0] * np.sin(t)
     for axis in range(3):
         found[0, axis] = curve[0, axis] + c * curve[1, axis]
         if s != 0.0:
@@ -282,8 +358,13 @@ def end_of_cover(boundaries: Array, k: int, curve: Array, t: float, way: float) 
     """
     if curve[3, 0] == np.inf:
         return end_on_line(boundaries, k, curve, t, way)
-    constant, along, across = 0.0, 0.0, 0.0
-    x, y, z, r = boundaries[k, 1], boundaries[k, 2], boundaries[k, 3], boundaries[k, 4]
+    constant = 0.0
+    along = 0.0
+    across = 0.0
+    x = boundaries[k, 1]
+    y = boundaries[k, 2]
+    z = boundaries[k, 3]
+    r = boundaries[k, 4]
     half = curve[3, 0]
     # Boundary k admits the point at t where constant + along cos t + across sin t >= 0.
     if is_flat(boundaries, k):
@@ -292,7 +373,9 @@ def end_of_cover(boundaries: Array, k: int, curve: Array, t: float, way: float) 
         across = -half * (x * curve[2, 0] + y * curve[2, 1] + z * curve[2, 2])
     else:
         side = boundaries[k, 0]
-        x, y, z = curve[0, 0] - x, curve[0, 1] - y, curve[0, 2] - z
+        x = curve[0, 0] - x
+        y = curve[0, 1] - y
+        z = curve[0, 2] - z
         constant = side * (x * x + y * y + z * z + (half - r) * (half + r))
         along = side * 2.0 * half * (x * curve[1, 0] + y * curve[1, 1] + z * curve[1, 2])
         across = side * 2.0 * half * (x * curve[2, 0] + y * curve[2, 1] + z * curve[2, 2])
@@ -308,16 +391,25 @@ def end_of_cover(boundaries: Array, k: int, curve: Array, t: float, way: float) 
 @kernel
 def end_on_line(boundaries: Array, k: int, curve: Array, t: float, way: float) -> float:
     """The same on a line."""
-    x, y, z, r = boundaries[k, 1], boundaries[k, 2], boundaries[k, 3], boundaries[k, 4]
-    ex, ey, ez = way * curve[1, 0], way * curve[1, 1], way * curve[1, 2]
+    x = boundaries[k, 1]
+    y = boundaries[k, 2]
+    z = boundaries[k, 3]
+    r = boundaries[k, 4]
+    ex = way * curve[1, 0]
+    ey = way * curve[1, 1]
+    ez = way * curve[1, 2]
     if is_flat(boundaries, k):
         slope = x * ex + y * ey + z * ez
         if slope >= 0.0:
             return np.inf
         return float((r - (x * curve[0, 0] + y * curve[0, 1] + z * curve[0, 2])) / slope)
-    x, y, z = x - curve[0, 0], y - curve[0, 1], z - curve[0, 2]
+    x = x - curve[0, 0]
+    y = y - curve[0, 1]
+    z = z - curve[0, 2]
     middle = x * ex + y * ey + z * ez
-    x, y, z = x - middle * ex, y - middle * ey, z - middle * ez
+    x = x - middle * ex
+    y = y - middle * ey
+    z = z - middle * ez
     square = r * r - (x * x + y * y + z * z)
     if boundaries[k, 0] > 0.0:
         return float(middle + np.sqrt(max(square, 0.0)))

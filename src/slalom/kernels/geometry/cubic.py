@@ -32,11 +32,18 @@ def new_stack() -> Array:
 @kernel
 def restrict(p0: float, p1: float, p2: float, p3: float, a: float, b: float) -> tuple[float, float, float, float]:
     """Control values of the cubic with control values p0 to p3, restricted to [a, b]: its blossom at a and b."""
-    a01, a12, a23 = p0 + (p1 - p0) * a, p1 + (p2 - p1) * a, p2 + (p3 - p2) * a
-    b01, b12, b23 = p0 + (p1 - p0) * b, p1 + (p2 - p1) * b, p2 + (p3 - p2) * b
-    aa, aa2 = a01 + (a12 - a01) * a, a12 + (a23 - a12) * a
-    ab, ab2 = a01 + (a12 - a01) * b, a12 + (a23 - a12) * b
-    bb, bb2 = b01 + (b12 - b01) * b, b12 + (b23 - b12) * b
+    a01 = p0 + (p1 - p0) * a
+    a12 = p1 + (p2 - p1) * a
+    a23 = p2 + (p3 - p2) * a
+    b01 = p0 + (p1 - p0) * b
+    b12 = p1 + (p2 - p1) * b
+    b23 = p2 + (p3 - p2) * b
+    aa = a01 + (a12 - a01) * a
+    aa2 = a12 + (a23 - a12) * a
+    ab = a01 + (a12 - a01) * b
+    ab2 = a12 + (a23 - a12) * b
+    bb = b01 + (b12 - b01) * b
+    bb2 = b12 + (b23 - b12) * b
     return aa + (aa2 - aa) * a, aa + (aa2 - aa) * b, ab + (ab2 - ab) * b, bb + (bb2 - bb) * b
 
 
@@ -63,10 +70,18 @@ def curvature(p0: float, p1: float, p2: float, p3: float, s: float) -> float:
 @kernel
 def put_distance(stack: Array, p: Array, floor: float) -> None:
     """Write the coefficients of |q(s)|^2 - floor into the root node of the stack; p (4, 3): control points of q."""
-    x0, y0, z0 = p[0, 0], p[0, 1], p[0, 2]
-    x1, y1, z1 = p[1, 0], p[1, 1], p[1, 2]
-    x2, y2, z2 = p[2, 0], p[2, 1], p[2, 2]
-    x3, y3, z3 = p[3, 0], p[3, 1], p[3, 2]
+    x0 = p[0, 0]
+    y0 = p[0, 1]
+    z0 = p[0, 2]
+    x1 = p[1, 0]
+    y1 = p[1, 1]
+    z1 = p[1, 2]
+    x2 = p[2, 0]
+    y2 = p[2, 1]
+    z2 = p[2, 2]
+    x3 = p[3, 0]
+    y3 = p[3, 1]
+    z3 = p[3, 2]
     q00 = x0 * x0 + y0 * y0 + z0 * z0
     q01 = x0 * x1 + y0 * y1 + z0 * z1
     q02 = x0 * x2 + y0 * y2 + z0 * z2
@@ -92,31 +107,55 @@ def put_distance(stack: Array, p: Array, floor: float) -> None:
 @kernel
 def bisect(stack: Array, top: int) -> None:
     """Replace the node at `top` of the stack (n, NODE) by its right half, and put its left half at top + 1."""
-    node, left = stack[top], stack[top + 1]
-    c0, c1, c2, c3, c4, c5, c6 = node[0], node[1], node[2], node[3], node[4], node[5], node[6]
-    left[0], node[6] = c0, c6
-    c0, c1, c2, c3, c4, c5 = (
-        0.5 * (c0 + c1),
-        0.5 * (c1 + c2),
-        0.5 * (c2 + c3),
-        0.5 * (c3 + c4),
-        0.5 * (c4 + c5),
-        0.5 * (c5 + c6),
-    )
-    left[1], node[5] = c0, c5
-    c0, c1, c2, c3, c4 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3), 0.5 * (c3 + c4), 0.5 * (c4 + c5)
-    left[2], node[4] = c0, c4
-    c0, c1, c2, c3 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3), 0.5 * (c3 + c4)
-    left[3], node[3] = c0, c3
-    c0, c1, c2 = 0.5 * (c0 + c1), 0.5 * (c1 + c2), 0.5 * (c2 + c3)
-    left[4], node[2] = c0, c2
-    c0, c1 = 0.5 * (c0 + c1), 0.5 * (c1 + c2)
-    left[5], node[1] = c0, c1
+    node = stack[top]
+    left = stack[top + 1]
+    c0 = node[0]
+    c1 = node[1]
+    c2 = node[2]
+    c3 = node[3]
+    c4 = node[4]
+    c5 = node[5]
+    c6 = node[6]
+    left[0] = c0
+    node[6] = c6
     c0 = 0.5 * (c0 + c1)
-    left[6], node[0] = c0, c0
+    c1 = 0.5 * (c1 + c2)
+    c2 = 0.5 * (c2 + c3)
+    c3 = 0.5 * (c3 + c4)
+    c4 = 0.5 * (c4 + c5)
+    c5 = 0.5 * (c5 + c6)
+    left[1] = c0
+    node[5] = c5
+    c0 = 0.5 * (c0 + c1)
+    c1 = 0.5 * (c1 + c2)
+    c2 = 0.5 * (c2 + c3)
+    c3 = 0.5 * (c3 + c4)
+    c4 = 0.5 * (c4 + c5)
+    left[2] = c0
+    node[4] = c4
+    c0 = 0.5 * (c0 + c1)
+    c1 = 0.5 * (c1 + c2)
+    c2 = 0.5 * (c2 + c3)
+    c3 = 0.5 * (c3 + c4)
+    left[3] = c0
+    node[3] = c3
+    c0 = 0.5 * (c0 + c1)
+    c1 = 0.5 * (c1 + c2)
+    c2 = 0.5 * (c2 + c3)
+    left[4] = c0
+    node[2] = c2
+    c0 = 0.5 * (c0 + c1)
+    c1 = 0.5 * (c1 + c2)
+    left[5] = c0
+    node[1] = c1
+    c0 = 0.5 * (c0 + c1)
+    left[6] = c0
+    node[0] = c0
     width = 0.5 * node[8]
-    left[7], left[8] = node[7], width
-    node[7], node[8] = node[7] + width, width
+    left[7] = node[7]
+    left[8] = width
+    node[7] = node[7] + width
+    node[8] = width
 
 
 @kernel
@@ -169,13 +208,17 @@ def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
 
     The root of the value found exceeds the root of the true minimum by at most `accuracy`.
     """
-    best, place, top = ceiling, -1.0, 0
+    best = ceiling
+    place = -1.0
+    top = 0
     while top >= 0:
         node = stack[top]
         if node[0] < best:
-            best, place = node[0], node[7]
+            best = node[0]
+            place = node[7]
         if node[6] < best:
-            best, place = node[6], node[7] + node[8]
+            best = node[6]
+            place = node[7] + node[8]
         root = max(0.0, np.sqrt(max(best, 0.0)) - accuracy)
         if root == 0.0 or least_coefficient(node) >= root * root or top >= DEPTH or node[8] < LEAST_WIDTH:
             top -= 1

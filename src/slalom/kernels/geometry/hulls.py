@@ -21,7 +21,9 @@ from slalom.kernels.jit import kernel, squared
 @kernel
 def to_segment(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
     """The point of the segment from a to b nearest to the origin."""
-    dx, dy, dz = bx - ax, by - ay, bz - az
+    dx = bx - ax
+    dy = by - ay
+    dz = bz - az
     along = -(ax * dx + ay * dy + az * dz) / (dx * dx + dy * dy + dz * dz + 1e-300)
     along = min(1.0, max(0.0, along))
     return ax + along * dx, ay + along * dy, az + along * dz
@@ -33,15 +35,25 @@ def signed_distance(q: Array, n: int) -> Direction:
 
     Two corners: a segment, in the plane or in space. More: a polygon in the plane.
     """
-    least, px, py, pz, inside = np.inf, 0.0, 0.0, 0.0, n > 2
+    least = np.inf
+    px = 0.0
+    py = 0.0
+    pz = 0.0
+    inside = n > 2
     for i in range(n if n > 2 else 1):
         k = i + 1 if i + 1 < n else 0
-        ax, ay, bx, by = q[i, 0], q[i, 1], q[k, 0], q[k, 1]
+        ax = q[i, 0]
+        ay = q[i, 1]
+        bx = q[k, 0]
+        by = q[k, 1]
         x, y, z = to_segment(ax, ay, q[i, 2], bx, by, q[k, 2])
         square = x * x + y * y + z * z
         inside = inside and (by - ay) * ax + (ax - bx) * ay >= 0.0
         if square < least:
-            least, px, py, pz = square, x, y, z
+            least = square
+            px = x
+            py = y
+            pz = z
     distance = np.sqrt(least)
     if not inside and distance >= CONTACT:
         return distance, px / distance, py / distance, pz / distance
@@ -65,16 +77,24 @@ def outermost_edge(q: Array, n: int) -> tuple[float, float, float]:
 
     Negative inside a polygon; -inf without an edge.
     """
-    depth, nx, ny = -np.inf, 1.0, 0.0
+    depth = -np.inf
+    nx = 1.0
+    ny = 0.0
     for i in range(n if n > 2 else 1):
         k = i + 1 if i + 1 < n else 0
-        ax, ay, bx, by = q[i, 0], q[i, 1], q[k, 0], q[k, 1]
+        ax = q[i, 0]
+        ay = q[i, 1]
+        bx = q[k, 0]
+        by = q[k, 1]
         length = np.sqrt(squared(bx - ax) + squared(by - ay))
         if length > 0.0:
-            ex, ey = (by - ay) / length, (ax - bx) / length
+            ex = (by - ay) / length
+            ey = (ax - bx) / length
             beyond = -(ex * ax + ey * ay)
             if beyond > depth:
-                depth, nx, ny = beyond, ex, ey
+                depth = beyond
+                nx = ex
+                ny = ey
     return depth, nx, ny
 
 
@@ -90,7 +110,8 @@ def order(q: Array, n: int) -> int:
                 break
             for axis in range(2):
                 q[j, axis], q[j - 1, axis] = q[j - 1, axis], q[j, axis]
-    chain, count = np.empty((2 * n, 2)), 0
+    chain = np.empty((2 * n, 2))
+    count = 0
     for turn in range(2):
         low = count + 1
         for step in range(n):
@@ -99,7 +120,8 @@ def order(q: Array, n: int) -> int:
                 chain[count - 1, 1] - chain[count - 2, 1]
             ) * (q[i, 0] - chain[count - 2, 0]):
                 count -= 1
-            chain[count, 0], chain[count, 1] = q[i, 0], q[i, 1]
+            chain[count, 0] = q[i, 0]
+            chain[count, 1] = q[i, 1]
             count += 1
         count -= 1
     for i in range(count):
@@ -138,7 +160,9 @@ def new_path(hulls: MaybeHulls) -> tuple[Array, Array]:
 @kernel
 def load_path(table: Segments, hulls: Hulls, s: int, u: Array, path: Array) -> None:
     """The path (4, 5) of segment s under control u (3,)."""
-    points, gains, turns = table.points, table.gains, hulls.turns
+    points = table.points
+    gains = table.gains
+    turns = hulls.turns
     for j in range(4):
         for axis in range(3):
             path[j, axis] = points[j, axis, s] - gains[j, s] * u[axis]
@@ -148,15 +172,18 @@ def load_path(table: Segments, hulls: Hulls, s: int, u: Array, path: Array) -> N
 @kernel
 def corners_at(moving: MovingHull, x: float, q: Array) -> int:
     """The number of corners of the hull; their positions at x in [0, 1] go into q (n, 3) [m]."""
-    path, h = moving.path, moving.hull
-    corners, first = moving.hulls.corners, moving.hulls.first
+    path = moving.path
+    h = moving.hull
+    corners = moving.hulls.corners
+    first = moving.hulls.first
     # Numbers, not an array of them: its memory would take as long as the rest.
     px = value(path[0, 0], path[1, 0], path[2, 0], path[3, 0], x)
     py = value(path[0, 1], path[1, 1], path[2, 1], path[3, 1], x)
     pz = value(path[0, 2], path[1, 2], path[2, 2], path[3, 2], x)
     ex = value(path[0, 3], path[1, 3], path[2, 3], path[3, 3], x)
     ey = value(path[0, 4], path[1, 4], path[2, 4], path[3, 4], x)
-    begin, n = first[h], first[h + 1] - first[h]
+    begin = first[h]
+    n = first[h + 1] - first[h]
     for j in range(n):
         k = begin + j
         q[j, 0] = px + corners[k, 0] + corners[k, 3] * ex - corners[k, 4] * ey
@@ -186,11 +213,16 @@ def distances(places: Array, directions: Array, hull: Indices, hulls: MaybeHulls
     for i in range(len(places)):
         if len(hulls) == 0 or hull[i] < 0:
             n = 1
-            q[0, 0], q[0, 1], q[0, 2] = places[i, 0], places[i, 1], places[i, 2]
+            q[0, 0] = places[i, 0]
+            q[0, 1] = places[i, 1]
+            q[0, 2] = places[i, 2]
         else:
             for j in range(4):
-                path[j, 0], path[j, 1], path[j, 2] = places[i, 0], places[i, 1], places[i, 2]
-                path[j, 3], path[j, 4] = directions[i, 0], directions[i, 1]
+                path[j, 0] = places[i, 0]
+                path[j, 1] = places[i, 1]
+                path[j, 2] = places[i, 2]
+                path[j, 3] = directions[i, 0]
+                path[j, 4] = directions[i, 1]
             n = corners_at(MovingHull(path, hulls, hull[i], 0.0, 0.0), 0.0, q)
             n = order(q, n) if hulls.unordered[hull[i]] else n
         result[i, 0], result[i, 1], result[i, 2], result[i, 3] = signed_distance(q, n)
@@ -218,8 +250,10 @@ def distance_bound(moving: MovingHull, a: float, b: float, early: Direction, lat
     The vector v is (1 - s) early + s late. If they differ by the angle t, then cos(t / 2) <= |v| <= 1 - s (1 - s)
     (1 - cos t). Along v the path and the corners are of degree 4. No bound (-inf) beyond a right angle.
     """
-    path, h = moving.path, moving.hull
-    corners, first = moving.hulls.corners, moving.hulls.first
+    path = moving.path
+    h = moving.hull
+    corners = moving.hulls.corners
+    first = moving.hulls.first
     _, ux, uy, uz = early
     _, wx, wy, wz = late
     cosine = ux * wx + uy * wy + uz * wz
@@ -252,11 +286,16 @@ def distance_bound(moving: MovingHull, a: float, b: float, early: Direction, lat
         (uy * x0 - ux * y0, uy * x1 - ux * y1, uy * x2 - ux * y2, uy * x3 - ux * y3),
         (wy * x0 - wx * y0, wy * x1 - wx * y1, wy * x2 - wx * y2, wy * x3 - wx * y3),
     )
-    low0, low1, low2, low3, low4 = np.inf, np.inf, np.inf, np.inf, np.inf
+    low0 = np.inf
+    low1 = np.inf
+    low2 = np.inf
+    low3 = np.inf
+    low4 = np.inf
     for j in range(first[h], first[h + 1]):
         begin = corners[j, 0] * ux + corners[j, 1] * uy + corners[j, 2] * uz
         change = 0.25 * (corners[j, 0] * wx + corners[j, 1] * wy + corners[j, 2] * wz - begin)
-        cx, cy = corners[j, 3], corners[j, 4]
+        cx = corners[j, 3]
+        cy = corners[j, 4]
         low0 = min(low0, begin + cx * e0 + cy * f0)
         low1 = min(low1, begin + change + cx * e1 + cy * f1)
         low2 = min(low2, begin + 2.0 * change + cx * e2 + cy * f2)
@@ -284,12 +323,17 @@ def radius_along(
 
     cosine: of the angle by which v turns.
     """
-    r, q, least = moving.radius + moving.growth * a, moving.radius + moving.growth * b, np.sqrt(0.5 * (1.0 + cosine))
+    r = moving.radius + moving.growth * a
+    q = moving.radius + moving.growth * b
+    least = np.sqrt(0.5 * (1.0 + cosine))
     bend = 0.5 * (1.0 - cosine)
     if r < 0.0 or q < 0.0:
         # Below 0 the shorter |v| is the worse.
-        r, q, bend = r if r >= 0.0 else r * least, q if q >= 0.0 else q * least, 0.0
-    middle, other = (2.0 * r * (1.0 - bend) + q) / 3.0, (r + 2.0 * q * (1.0 - bend)) / 3.0
+        r = r if r >= 0.0 else r * least
+        q = q if q >= 0.0 else q * least
+        bend = 0.0
+    middle = (2.0 * r * (1.0 - bend) + q) / 3.0
+    other = (r + 2.0 * q * (1.0 - bend)) / 3.0
     return r, 0.25 * (r + 3.0 * middle), 0.5 * (middle + other), 0.25 * (3.0 * other + q), q, least
 
 
@@ -299,14 +343,19 @@ def put_separating(moving: MovingHull, gain: Array, u: Array, direction: Directi
 
     `moving` is under control u (3,), `gain` (4,) is that of its segment.
     """
-    path, h = moving.path, moving.hull
-    corners, first = moving.hulls.corners, moving.hulls.first
+    path = moving.path
+    h = moving.hull
+    corners = moving.hulls.corners
+    first = moving.hulls.first
     _, vx, vy, vz = direction
-    separating[0], separating[1], separating[2] = vx, vy, vz
+    separating[0] = vx
+    separating[1] = vy
+    separating[2] = vz
     toward = vx * u[0] + vy * u[1] + vz * u[2]
     for j in range(4):
         low = np.inf
-        e, f = vx * path[j, 3] + vy * path[j, 4], vy * path[j, 3] - vx * path[j, 4]
+        e = vx * path[j, 3] + vy * path[j, 4]
+        f = vy * path[j, 3] - vx * path[j, 4]
         for k in range(first[h], first[h + 1]):
             fixed = corners[k, 0] * vx + corners[k, 1] * vy + corners[k, 2] * vz
             low = min(low, fixed + corners[k, 3] * e + corners[k, 4] * f)
@@ -349,9 +398,14 @@ Larger: time spent below rounding. Smaller: elements are less deep.
 def push(stack: Array, top: int, a: float, width: float, early: Direction, late: Direction) -> None:
     """Write the span from a on, of that `width`, with the directions at both ends, into row `top` of a stack."""
     node = stack[top]
-    node[0], node[1] = a, width
-    node[2], node[3], node[4] = early[1], early[2], early[3]
-    node[5], node[6], node[7] = late[1], late[2], late[3]
+    node[0] = a
+    node[1] = width
+    node[2] = early[1]
+    node[3] = early[2]
+    node[4] = early[3]
+    node[5] = late[1]
+    node[6] = late[2]
+    node[7] = late[3]
 
 
 @kernel
@@ -364,7 +418,8 @@ def pop(stack: Array, top: int) -> tuple[float, float, Direction, Direction]:
 @kernel
 def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
     """A place x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
-    early, late = hull_distance(moving, 0.0, q), hull_distance(moving, 1.0, q)
+    early = hull_distance(moving, 0.0, q)
+    late = hull_distance(moving, 1.0, q)
     if early[0] < 0.0 or late[0] < 0.0:
         return 0.0 if early[0] < 0.0 else 1.0
     push(stack, 0, 0.0, 1.0, early, late)
@@ -387,19 +442,25 @@ def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
 @kernel
 def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -> float:
     """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never by more than CLEARANCE."""
-    stack[0, 0], stack[0, 1], top = 0.0, 1.0, 0
+    stack[0, 0] = 0.0
+    stack[0, 1] = 1.0
+    top = 0
     while top >= 0:
-        a, width = stack[top, 0], stack[top, 1]
+        a = stack[top, 0]
+        width = stack[top, 1]
         top -= 1
-        early, late = hull_distance(moving, a, q), hull_distance(moving, a + width, q)
+        early = hull_distance(moving, a, q)
+        late = hull_distance(moving, a + width, q)
         if distance_bound(moving, a, a + width, early, late) >= -CLEARANCE:
             continue
         if early[0] < 0.0 or (width < least and late[0] < 0.0):
             return float(a)
         if width < LEAST_WIDTH:
             continue
-        stack[top + 1, 0], stack[top + 1, 1] = a + 0.5 * width, 0.5 * width
-        stack[top + 2, 0], stack[top + 2, 1] = a, 0.5 * width
+        stack[top + 1, 0] = a + 0.5 * width
+        stack[top + 1, 1] = 0.5 * width
+        stack[top + 2, 0] = a
+        stack[top + 2, 1] = 0.5 * width
         top += 2
     return -1.0
 
@@ -415,7 +476,8 @@ def hull_least(
     """Least signed distance to the rounded hull where below `ceiling`, else `ceiling`; too large by at most
     `accuracy`.
     """
-    early, late = hull_distance(moving, 0.0, q), hull_distance(moving, 1.0, q)
+    early = hull_distance(moving, 0.0, q)
+    late = hull_distance(moving, 1.0, q)
     best = min(ceiling, min(early[0], late[0]))
     push(stack, 0, 0.0, 1.0, early, late)
     top = 0
@@ -443,17 +505,22 @@ def deepest_time(
 
     Depth counts in units of the control: signed distance over gain.
     """
-    best, place, step = np.inf, witness, 1.0 / DEEPEST_SAMPLES
+    best = np.inf
+    place = witness
+    step = 1.0 / DEEPEST_SAMPLES
     for k in range(DEEPEST_SAMPLES + 2):
         x = witness if k == DEEPEST_SAMPLES + 1 else step * k
         g = value(gain[0], gain[1], gain[2], gain[3], x)
         gap = hull_distance(moving, x, q)[0]
         if gap < 0.0 and gap < best * g:
-            best, place = gap / g, x
-    low, high = max(0.0, place - step), min(1.0, place + step)
+            best = gap / g
+            place = x
+    low = max(0.0, place - step)
+    high = min(1.0, place + step)
     share = 0.3819660112501051
     for _ in range(GOLDEN_STEPS):
-        left, right = low + share * (high - low), high - share * (high - low)
+        left = low + share * (high - low)
+        right = high - share * (high - low)
         a = hull_distance(moving, left, q)[0]
         b = hull_distance(moving, right, q)[0]
         a /= value(gain[0], gain[1], gain[2], gain[3], left)
@@ -464,5 +531,6 @@ def deepest_time(
             low = left
         x, least = (left, a) if a < b else (right, b)
         if least < best:
-            best, place = least, x
+            best = least
+            place = x
     return float(place)

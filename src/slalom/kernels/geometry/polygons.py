@@ -49,7 +49,10 @@ def new_boundaries(limits: Array) -> Array:
 @kernel
 def without_polygon(boundaries: Array, b: int) -> None:
     """Mark boundary b of (n, 9) as one that belongs to no polygon and matters everywhere."""
-    boundaries[b, 5], boundaries[b, 6], boundaries[b, 7], boundaries[b, 8] = -1.0, 0.0, 0.0, np.inf
+    boundaries[b, 5] = -1.0
+    boundaries[b, 6] = 0.0
+    boundaries[b, 7] = 0.0
+    boundaries[b, 8] = np.inf
 
 
 @kernel
@@ -79,26 +82,34 @@ def add_polygon(polygons: Polygons, q: Array, n: int, r: float) -> Polygons:
     k = begins[0]
     start = begins[k + 1]
     if k + 1 > len(radii):
-        longer, more, wider = np.empty(2 * k), np.zeros(2 * k + 2, np.int64), np.empty((2 * k, 3))
+        longer = np.empty(2 * k)
+        more = np.zeros(2 * k + 2, np.int64)
+        wider = np.empty((2 * k, 3))
         for j in range(k):
             longer[j] = radii[j]
             wider[j, 0], wider[j, 1], wider[j, 2] = around[j, 0], around[j, 1], around[j, 2]
         for j in range(k + 2):
             more[j] = begins[j]
-        begins, radii, around = more, longer, wider
+        begins = more
+        radii = longer
+        around = wider
     if start + n > len(corners):
         larger = np.empty((2 * (start + n), 2))
         for j in range(start):
             larger[j, 0], larger[j, 1] = corners[j, 0], corners[j, 1]
         corners = larger
-    x, y = 0.0, 0.0
+    x = 0.0
+    y = 0.0
     for j in range(n):
         corners[start + j, 0], corners[start + j, 1] = q[j, 0], q[j, 1]
-        x, y = x + q[j, 0] / n, y + q[j, 1] / n
+        x = x + q[j, 0] / n
+        y = y + q[j, 1] / n
     farthest = 0.0
     for j in range(n):
         farthest = max(farthest, np.sqrt(squared(q[j, 0] - x) + squared(q[j, 1] - y)))
-    around[k, 0], around[k, 1], around[k, 2] = x, y, farthest + r
+    around[k, 0] = x
+    around[k, 1] = y
+    around[k, 2] = farthest + r
     radii[k], begins[k + 2], begins[0] = r, start + n, k + 1
     return corners, begins, radii, around
 
@@ -108,7 +119,9 @@ def outside_polygons(polygons: Polygons, begin: int, end: int, x: float, y: floa
     """Whether the control (x, y) is outside the rounded polygons begin to end - 1, up to rounding."""
     corners, begins, radii, around = polygons
     for k in range(begin, end):
-        dx, dy, far = x - around[k, 0], y - around[k, 1], around[k, 2]
+        dx = x - around[k, 0]
+        dy = y - around[k, 1]
+        far = around[k, 2]
         if dx * dx + dy * dy >= far * far:
             continue
         # Rounding is relative to the size of the polygon and to where it is.
@@ -141,8 +154,10 @@ def beyond(corners: Array, first: int, last: int, x: float, y: float, keep: floa
     within = last - first > 2
     for j in range(first, last):
         k = j + 1 if j + 1 < last else first
-        ax, ay = corners[j, 0] - x, corners[j, 1] - y
-        dx, dy = corners[k, 0] - corners[j, 0], corners[k, 1] - corners[j, 1]
+        ax = corners[j, 0] - x
+        ay = corners[j, 1] - y
+        dx = corners[k, 0] - corners[j, 0]
+        dy = corners[k, 1] - corners[j, 1]
         if dx * ay - dy * ax > 0.0:
             within = False
         along = min(1.0, max(0.0, -(ax * dx + ay * dy) / (dx * dx + dy * dy + 1e-300)))
@@ -161,37 +176,53 @@ def add_rounded(
     """
     boundaries = with_capacity(boundaries, count + 2 * n)
     smallest = smallest_ball(boundaries, admissible)
-    x, y, most = boundaries[smallest, 1], boundaries[smallest, 2], boundaries[smallest, 4]
+    x = boundaries[smallest, 1]
+    y = boundaries[smallest, 2]
+    most = boundaries[smallest, 4]
     for j in range(n):
-        ax, ay = q[j, 0], q[j, 1]
+        ax = q[j, 0]
+        ay = q[j, 1]
         distance = np.sqrt(squared(ax - x) + squared(ay - y))
         # Within rounding of touching it still counts.
         slack = POLYGON_SLACK * (most + r)
         if abs(distance - r) <= most + slack:
             boundaries[count, 0] = 2.0
-            boundaries[count, 1], boundaries[count, 2], boundaries[count, 3], boundaries[count, 4] = ax, ay, 0.0, r
+            boundaries[count, 1] = ax
+            boundaries[count, 2] = ay
+            boundaries[count, 3] = 0.0
+            boundaries[count, 4] = r
             boundaries[count, 5] = which
-            boundaries[count, 6], boundaries[count, 7], boundaries[count, 8] = ax, ay, r * (1.0 + POLYGON_SLACK)
+            boundaries[count, 6] = ax
+            boundaries[count, 7] = ay
+            boundaries[count, 8] = r * (1.0 + POLYGON_SLACK)
             count += 1
         k = j + 1 if j + 1 < n else 0
-        dx, dy = q[k, 0] - ax, q[k, 1] - ay
+        dx = q[k, 0] - ax
+        dy = q[k, 1] - ay
         length = np.sqrt(dx * dx + dy * dy)
         if length == 0.0:
             continue
-        nx, ny = dy / length, -dx / length
-        ex, ey = ax + r * nx - x, ay + r * ny - y
+        nx = dy / length
+        ny = -dx / length
+        ex = ax + r * nx - x
+        ey = ay + r * ny - y
         foot = -(ex * dx + ey * dy) / length
         along = min(length, max(0.0, foot)) / length
         if squared(ex + along * dx) + squared(ey + along * dy) <= squared(most + slack):
-            boundaries[count, 0], boundaries[count, 3] = 3.0, 0.0
-            boundaries[count, 1], boundaries[count, 2], boundaries[count, 4] = nx, ny, nx * ax + ny * ay + r
+            boundaries[count, 0] = 3.0
+            boundaries[count, 3] = 0.0
+            boundaries[count, 1] = nx
+            boundaries[count, 2] = ny
+            boundaries[count, 4] = nx * ax + ny * ay + r
             boundaries[count, 5] = which
             # The disc about the part of the edge that lies within the ball.
             off = ex * ex + ey * ey - foot * foot
             half = np.sqrt(max(squared(most + slack) - off, 0.0))
-            begin, end = max(0.0, foot - half), min(length, foot + half)
+            begin = max(0.0, foot - half)
+            end = min(length, foot + half)
             middle = 0.5 * (begin + end) / length
-            boundaries[count, 6], boundaries[count, 7] = x + ex + middle * dx, y + ey + middle * dy
+            boundaries[count, 6] = x + ex + middle * dx
+            boundaries[count, 7] = y + ey + middle * dy
             boundaries[count, 8] = 0.5 * (end - begin) + slack
             count += 1
     return boundaries, count

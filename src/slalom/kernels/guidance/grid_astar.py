@@ -68,7 +68,8 @@ The samples are rounded to cells, at most 0.71 cells away. Larger: more tests; s
 """
 
 
-DIAGONAL, KNIGHT = np.sqrt(2.0), np.sqrt(5.0)
+DIAGONAL = np.sqrt(2.0)
+KNIGHT = np.sqrt(5.0)
 """[cell] Lengths of a diagonal move and of a knight's move."""
 MOVES = np.array([(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)])
 """(16, 2) [cell] Moves to neighbours and knight's moves: paths in 16 directions. Of equal paths the first counts."""
@@ -100,8 +101,10 @@ def nearest_cell(shape: tuple[int, int], x: float, y: float) -> tuple[int, int]:
 @kernel
 def free_length(a: int, b: int, c: int, d: int) -> float:
     """Length [cell] of the shortest path in 16 directions between the cells (a, b) and (c, d) if all are free."""
-    x, y = abs(a - c), abs(b - d)
-    far, near = max(x, y), min(x, y)
+    x = abs(a - c)
+    y = abs(b - d)
+    far = max(x, y)
+    near = min(x, y)
     return float(max(far + (KNIGHT - 2.0) * near, (KNIGHT - DIAGONAL) * far + (2.0 * DIAGONAL - KNIGHT) * near))
 
 
@@ -157,10 +160,16 @@ def path_lengths(
     `start` is longer than the shortest one by at most BUCKET_WIDTH, since the order within a bucket does not matter. A
     start outside the grid is never reached: the lengths of all cells are then those of shortest paths.
     """
-    (nx, ny), flat, (c, d) = cost.shape, cost.ravel(), start
-    lengths, following, latest = search.lengths, search.following, search.latest
-    queue, waiting = [(goal[0] * ny + goal[1], 0.0, -1)], 1
-    lengths[queue[0][0]], bucket = 0.0, int(free_length(goal[0], goal[1], c, d) / BUCKET_WIDTH)
+    (nx, ny) = cost.shape
+    flat = cost.ravel()
+    (c, d) = start
+    lengths = search.lengths
+    following = search.following
+    latest = search.latest
+    queue = [(goal[0] * ny + goal[1], 0.0, -1)]
+    waiting = 1
+    lengths[queue[0][0]] = 0.0
+    bucket = int(free_length(goal[0], goal[1], c, d) / BUCKET_WIDTH)
     latest[bucket % len(latest)] = 0
     while waiting > 0:
         entry = latest[bucket % len(latest)]
@@ -173,12 +182,15 @@ def path_lengths(
         if length > lengths[cell]:
             # The cell has been reached on a shorter path since.
             continue
-        a, b = cell // ny, cell % ny
+        a = cell // ny
+        b = cell % ny
         if a == c and b == d:
             break
         for k in range(len(MOVES)):
-            da, db = MOVES[k, 0], MOVES[k, 1]
-            u, v = a + da, b + db
+            da = MOVES[k, 0]
+            db = MOVES[k, 1]
+            u = a + da
+            v = b + db
             if u < 0 or v < 0 or u >= nx or v >= ny:
                 continue
             to = u * ny + v
@@ -189,7 +201,8 @@ def path_lengths(
                 weight = max(weight, max(flat[cell + beside], flat[to - beside]))
             through = length + MOVE_LENGTHS[k] * weight
             if through < lengths[to]:
-                lengths[to], following[to] = through, cell
+                lengths[to] = through
+                following[to] = cell
                 # No estimate falls, but for rounding.
                 place = max(int((through + free_length(u, v, c, d)) / BUCKET_WIDTH), bucket) % len(latest)
                 queue.append((to, through, latest[place]))
@@ -204,8 +217,11 @@ def path_to_goal(
     cost: Array, goal: tuple[int, int], start: tuple[int, int], search: PathSearch
 ) -> list[tuple[int, int]]:
     """Cells of a path from `start` to `goal`, see `path_lengths`, given the cost (nx, ny) [1] of each cell."""
-    reached, ny, path = path_lengths(cost, goal, start, search), cost.shape[1], [start]
-    cell, last = start[0] * ny + start[1], goal[0] * ny + goal[1]
+    reached = path_lengths(cost, goal, start, search)
+    ny = cost.shape[1]
+    path = [start]
+    cell = start[0] * ny + start[1]
+    last = goal[0] * ny + goal[1]
     while cell != last and len(path) < MAX_PATH_CELLS:
         cell = search.following[cell]
         path.append((cell // ny, cell % ny))
@@ -225,7 +241,8 @@ def line_of_sight(cost: Array, x0: float, y0: float, x1: float, y1: float) -> bo
     most = min(cost[nearest_cell(shape, x0, y0)], NARROW_COST)
     steps = int(np.ceil(SIGHT_SAMPLES * length)) + 1
     for k in range(steps + 1):
-        x, y = x0 + (x1 - x0) * k / steps, y0 + (y1 - y0) * k / steps
+        x = x0 + (x1 - x0) * k / steps
+        y = y0 + (y1 - y0) * k / steps
         # The cell of a robot in contact may be occupied by rounding: the first cells do not count.
         if cost[nearest_cell(shape, x, y)] > most and length * k / steps > SIGHT_START:
             return False
@@ -244,7 +261,8 @@ def goal_in_sight(
     x0, y0 = cell_coordinates(grid, positions[i, 0], positions[i, 1])
     x1, y1 = cell_coordinates(grid, goal[0], goal[1])
     length = np.sqrt(squared(x1 - x0) + squared(y1 - y0))
-    near, count = np.empty(len(parked), np.int64), 0
+    near = np.empty(len(parked), np.int64)
+    count = 0
     for k in parked:
         x, y = cell_coordinates(grid, positions[k, 0], positions[k, 1])
         r = (radii[k] + radius) / width + SIGHT_CULL
@@ -253,9 +271,11 @@ def goal_in_sight(
         if k != i and squared(x - x0 - along * (x1 - x0)) + squared(y - y0 - along * (y1 - y0)) <= r * r:
             near[count] = k
             count += 1
-    steps, most = int(np.ceil(SIGHT_SAMPLES * length)) + 1, 0.0
+    steps = int(np.ceil(SIGHT_SAMPLES * length)) + 1
+    most = 0.0
     for n in range(steps + 1):
-        x, y = x0 + (x1 - x0) * n / steps, y0 + (y1 - y0) * n / steps
+        x = x0 + (x1 - x0) * n / steps
+        y = y0 + (y1 - y0) * n / steps
         a, b = nearest_cell(grid.clearance.shape, x, y)
         cost = wall_cost(grid.clearance[a, b], grid.passage[a, b], radius)
         for m in range(count):
@@ -288,7 +308,5 @@ def farthest_in_sight(
         if line_of_sight(cost, x0, y0, float(path[k][0]), float(path[k][1])):
             chosen = k
             break
-    waypoint[0], waypoint[1] = (
-        grid.origin[0] + grid.width * path[chosen][0],
-        grid.origin[1] + grid.width * path[chosen][1],
-    )
+    waypoint[0] = grid.origin[0] + grid.width * path[chosen][0]
+    waypoint[1] = grid.origin[1] + grid.width * path[chosen][1]

@@ -20,7 +20,8 @@ def along_and_across(x: float, y: float, dx: float, dy: float) -> tuple[float, f
 @kernel
 def nearest_image(j: int, k: int, robots: GuidanceState) -> tuple[float, float]:
     """Vector [m] from robot j to the nearest periodic image of robot k."""
-    x, y = robots.position[k, 0] - robots.position[j, 0], robots.position[k, 1] - robots.position[j, 1]
+    x = robots.position[k, 0] - robots.position[j, 0]
+    y = robots.position[k, 1] - robots.position[j, 1]
     if robots.period[0] > 0.0:
         x -= robots.period[0] * np.round(x / robots.period[0])
     if robots.period[1] > 0.0:
@@ -38,6 +39,7 @@ def is_free(x: float, y: float, radius: float, period: Array, grid: Grid) -> boo
         x -= period[0] * np.floor((x - grid.origin[0]) / period[0])
     if period[1] > 0.0:
         y -= period[1] * np.floor((y - grid.origin[1]) / period[1])
-    a, b = int(np.round((x - grid.origin[0]) / grid.width)), int(np.round((y - grid.origin[1]) / grid.width))
+    a = int(np.round((x - grid.origin[0]) / grid.width))
+    b = int(np.round((y - grid.origin[1]) / grid.width))
     shape = grid.clearance.shape
     return bool(0 <= a < shape[0] and 0 <= b < shape[1] and grid.clearance[a, b] >= radius)

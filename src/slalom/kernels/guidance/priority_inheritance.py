@@ -155,7 +155,10 @@ def free_distance(
 
     Also the number of the robot that blocks it; -1: a wall, or no robot.
     """
-    px, py, free, blocker = robots.position[k, 0], robots.position[k, 1], most, -1
+    px = robots.position[k, 0]
+    py = robots.position[k, 1]
+    free = most
+    blocker = -1
     for m in range(len(robots.present)):
         if m == k or not robots.present[m]:
             continue
@@ -166,7 +169,8 @@ def free_distance(
             continue
         run = max(0.0, along - np.sqrt(touch * touch - across * across))
         if run < free:
-            free, blocker = run, m
+            free = run
+            blocker = m
     step = YIELD_SAMPLE * grid.width
     radius = robots.radius[k] + margin
     t = step
@@ -193,11 +197,17 @@ def yielding_direction(
     their radii [m]. requested (n,): robots that have received a request. The blocker is -1 for a wall or none.
     """
     fx, fy, across = blocked
-    most, best_score, best, best_run, best_blocker = YIELD_DISTANCE * touch, -np.inf, (fx, fy), 0.0, -1
+    most = YIELD_DISTANCE * touch
+    best_score = -np.inf
+    best = (fx, fy)
+    best_run = 0.0
+    best_blocker = -1
     for n in range(YIELD_DIRECTIONS):
         angle = 2.0 * np.pi * n / YIELD_DIRECTIONS
-        c, s = np.cos(angle), np.sin(angle)
-        dx, dy = c * fx - s * fy, c * fy + s * fx
+        c = np.cos(angle)
+        s = np.sin(angle)
+        dx = c * fx - s * fy
+        dy = c * fy + s * fx
         along, sideways = along_and_across(dx, dy, fx, fy)
         if along < -YIELD_BACKWARD_COSINE:
             continue
@@ -209,7 +219,10 @@ def yielding_direction(
             inherits = blocker >= 0 and not requested[blocker]
             score += YIELD_INHERITANCE * touch if inherits else -YIELD_WALL_PENALTY * touch
         if score > best_score:
-            best_score, best, best_run, best_blocker = score, (dx, dy), run, blocker
+            best_score = score
+            best = (dx, dy)
+            best_run = run
+            best_blocker = blocker
     return best[0], best[1], best_run, best_blocker
 
 
@@ -243,7 +256,8 @@ def request_space(
             most = YIELD_DISTANCE * touch
             robots.yielding[k, 0] = robots.position[k, 0] + most * dx
             robots.yielding[k, 1] = robots.position[k, 1] + most * dy
-            robots.yielding[k, 2], robots.yielding[k, 3] = until, i
+            robots.yielding[k, 2] = until
+            robots.yielding[k, 3] = i
             if run < YIELD_BLOCKED * touch and blocker >= 0 and not requested[blocker]:
                 stack.append((k, dx, dy))
         ahead = REQUEST_AHEAD
@@ -254,7 +268,8 @@ def update_waiting(robots: GuidanceState, now: float, period: float) -> None:
     """Update the waiting times after one period [s], and extend the yielding of robots that are still in the way."""
     for i in range(len(robots.radius)):
         speed = np.sqrt(squared(robots.velocity[i, 0]) + squared(robots.velocity[i, 1]))
-        x, y = robots.goal[i, 0] - robots.position[i, 0], robots.goal[i, 1] - robots.position[i, 1]
+        x = robots.goal[i, 0] - robots.position[i, 0]
+        y = robots.goal[i, 1] - robots.position[i, 1]
         if np.sqrt(x * x + y * y) <= robots.goal_tolerance[i] or not robots.present[i]:
             robots.waiting_time[i] = 0.0
         elif speed < BLOCKED_SPEED * robots.max_speed[i]:
@@ -293,10 +308,12 @@ def give_way(robots: GuidanceState, grid: Grid, margin: float, now: float, perio
         requested[i] = True
         # It has the right of way: earlier requests to it end.
         robots.yielding[i, 2] = now
-        ex, ey = robots.waypoint[i, 0] - robots.position[i, 0], robots.waypoint[i, 1] - robots.position[i, 1]
+        ex = robots.waypoint[i, 0] - robots.position[i, 0]
+        ey = robots.waypoint[i, 1] - robots.position[i, 1]
         length = max(np.sqrt(ex * ex + ey * ey), DIVISOR_FLOOR)
         request_space(i, ex / length, ey / length, requested, robots, grid, margin, now + YIELD_DURATION)
     for k in range(n):
         if robots.yielding[k, 2] > now:
             robots.target[k, 0], robots.target[k, 1] = robots.yielding[k, 0], robots.yielding[k, 1]
-            robots.tolerance[k], robots.stop[k] = YIELD_TOLERANCE, True
+            robots.tolerance[k] = YIELD_TOLERANCE
+            robots.stop[k] = True

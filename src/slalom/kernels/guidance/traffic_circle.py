@@ -71,7 +71,8 @@ def robot_rows(position: Array, velocity: Array, radius: Array, present: Flags, 
         exact[4, k] = radius[k] if present[k] else -np.inf
         exact[5, k] = np.sqrt(velocity[k, 0] * velocity[k, 0] + velocity[k, 1] * velocity[k, 1])
     words = np.zeros((n + FLAGS_PER_WORD - 1) // FLAGS_PER_WORD, np.uint64)
-    coarse, candidates = np.empty((5, FLAGS_PER_WORD * len(words)), np.float32), np.empty(n, np.int64)
+    coarse = np.empty((5, FLAGS_PER_WORD * len(words)), np.float32)
+    candidates = np.empty(n, np.int64)
     extent, top_speed = to_single_precision(exact, origin, coarse)
     return RobotRows(exact, coarse, origin, extent, top_speed, words.view(np.bool_), words, candidates)
 
@@ -82,7 +83,11 @@ def to_single_precision(exact: Array, origin: Array, coarse: Singles) -> tuple[f
 
     Absent robots are NaN, so every comparison with them is false.
     """
-    n, extent, top_speed, x, y = exact.shape[1], 0.0, 0.0, origin[0], origin[1]
+    n = exact.shape[1]
+    extent = 0.0
+    top_speed = 0.0
+    x = origin[0]
+    y = origin[1]
     coarse[:] = np.nan
     for k in range(n):
         if exact[4, k] >= 0.0:
@@ -105,21 +110,38 @@ def may_encounter(
     position r and relative velocity m, the least distance is |r x m| / |m|, after -(r m) / m^2. The loop has neither
     divisions nor branches, so that it runs on vector registers.
     """
-    x, y, vx, vy, radii = rows.coarse[0], rows.coarse[1], rows.coarse[2], rows.coarse[3], rows.coarse[4]
-    px, py = position[0] - rows.origin[0], position[1] - rows.origin[1]
+    x = rows.coarse[0]
+    y = rows.coarse[1]
+    vx = rows.coarse[2]
+    vy = rows.coarse[3]
+    radii = rows.coarse[4]
+    px = position[0] - rows.origin[0]
+    py = position[1] - rows.origin[1]
     wx, wy = velocity
-    length, speed = rows.extent + abs(px) + abs(py), rows.top_speed + abs(wx) + abs(wy)
+    length = rows.extent + abs(px) + abs(py)
+    speed = rows.top_speed + abs(wx) + abs(wy)
     # Error bound of the product of a position and a velocity [m^2/s].
     error = FILTER_ROUNDING * length * speed
     least = np.float32(-error)
     most = np.float32(error + FILTER_ROUNDING * end * speed * speed + 2.0 * DIVISOR_FLOOR * end)
-    p, q, u, w = np.float32(px), np.float32(py), np.float32(wx), np.float32(wy)
-    scale, own = np.float32(factor), np.float32(factor * radius + FILTER_ROUNDING * length)
-    wide, more = np.float32(1.0 + FILTER_SLACK), np.float32(2.0 / FILTER_SLACK * error * error)
-    late, possible = np.float32(end * (1.0 + FILTER_SLACK)), rows.possible
+    p = np.float32(px)
+    q = np.float32(py)
+    u = np.float32(wx)
+    w = np.float32(wy)
+    scale = np.float32(factor)
+    own = np.float32(factor * radius + FILTER_ROUNDING * length)
+    wide = np.float32(1.0 + FILTER_SLACK)
+    more = np.float32(2.0 / FILTER_SLACK * error * error)
+    late = np.float32(end * (1.0 + FILTER_SLACK))
+    possible = rows.possible
     for k in range(len(possible)):
-        rx, ry, mx, my = x[k] - p, y[k] - q, vx[k] - u, vy[k] - w
-        square, toward, across = mx * mx + my * my, -(rx * mx + ry * my), rx * my - ry * mx
+        rx = x[k] - p
+        ry = y[k] - q
+        mx = vx[k] - u
+        my = vy[k] - w
+        square = mx * mx + my * my
+        toward = -(rx * mx + ry * my)
+        across = rx * my - ry * mx
         touch = scale * radii[k] + own
         near = across * across <= wide * touch * touch * square + more
         possible[k] = near & (toward > least) & (toward <= late * square + most)
@@ -133,19 +155,36 @@ def may_enter_circle(circle: Array, own: float, rows: RobotRows) -> int:
     circle: centre x, y [m], radius [m], number of robots. own: distance of a robot from the centre [m]. The distances
     of robots that count differ from it by at most CIRCLE_ARC. The loop has neither divisions nor branches.
     """
-    x, y, vx, vy, radii = rows.coarse[0], rows.coarse[1], rows.coarse[2], rows.coarse[3], rows.coarse[4]
-    px, py = circle[0] - rows.origin[0], circle[1] - rows.origin[1]
+    x = rows.coarse[0]
+    y = rows.coarse[1]
+    vx = rows.coarse[2]
+    vy = rows.coarse[3]
+    radii = rows.coarse[4]
+    px = circle[0] - rows.origin[0]
+    py = circle[1] - rows.origin[1]
     # Error bound of positions [m]; errors of velocities are proportional to the velocities.
     error = FILTER_ROUNDING * (rows.extent + abs(px) + abs(py))
-    p, q, room, entry = np.float32(px), np.float32(py), np.float32(circle[2] + error), np.float32(CIRCLE_ENTRY)
-    wide, least, possible = np.float32(1.0 + FILTER_SLACK), np.float32(error * error), rows.possible
-    away, apart, none = np.float32(own), np.float32(CIRCLE_ARC * circle[2] + 2.0 * error), np.float32(0.0)
+    p = np.float32(px)
+    q = np.float32(py)
+    room = np.float32(circle[2] + error)
+    entry = np.float32(CIRCLE_ENTRY)
+    wide = np.float32(1.0 + FILTER_SLACK)
+    least = np.float32(error * error)
+    possible = rows.possible
+    away = np.float32(own)
+    apart = np.float32(CIRCLE_ARC * circle[2] + 2.0 * error)
+    none = np.float32(0.0)
     for k in range(len(possible)):
-        tx, ty, size = p - x[k], q - y[k], room + entry * radii[k]
+        tx = p - x[k]
+        ty = q - y[k]
+        size = room + entry * radii[k]
         difference = apart + entry * radii[k]
-        near, far = max(away - difference, none), away + difference
-        along, across = vx[k] * tx + vy[k] * ty, vx[k] * ty - vy[k] * tx
-        square_distance, square_speed = tx * tx + ty * ty, vx[k] * vx[k] + vy[k] * vy[k]
+        near = max(away - difference, none)
+        far = away + difference
+        along = vx[k] * tx + vy[k] * ty
+        across = vx[k] * ty - vy[k] * tx
+        square_distance = tx * tx + ty * ty
+        square_speed = vx[k] * vx[k] + vy[k] * vy[k]
         most = wide * size * size
         towards = (along > np.float32(0.0)) | (along * along < least * square_speed)
         as_far = (near * near <= wide * square_distance) & (square_distance <= wide * far * far)
@@ -266,10 +305,12 @@ Larger: only robots straight ahead are passed on the right. Smaller: robots that
 @kernel
 def nearest_image_rows(i: int, robots: GuidanceState, rows: RobotRows) -> RobotRows:
     """Rows of all robots at their periodic images nearest to robot i; the arrays of `rows` are overwritten."""
-    exact, origin = rows.exact, robots.position[i]
+    exact = rows.exact
+    origin = robots.position[i]
     for k in range(len(robots.radius)):
         x, y = nearest_image(i, k, robots)
-        exact[0, k], exact[1, k] = origin[0] + x, origin[1] + y
+        exact[0, k] = origin[0] + x
+        exact[1, k] = origin[1] + y
     extent, top_speed = to_single_precision(exact, origin, rows.coarse)
     return RobotRows(exact, rows.coarse, origin, extent, top_speed, rows.possible, rows.words, rows.candidates)
 
@@ -281,28 +322,39 @@ def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: Ro
     found (n, 4) gets a row for each, in the order of time: time [s], midpoint x, y [m], radius of the other [m].
     frontal: least cosine of the angle between the direction of robot i and that from which the other approaches.
     """
-    px, py = robots.position[i, 0], robots.position[i, 1]
-    dx, dy = robots.waypoint[i, 0] - px, robots.waypoint[i, 1] - py
-    distance, speed, radius = np.sqrt(dx * dx + dy * dy), robots.max_speed[i], robots.radius[i]
+    px = robots.position[i, 0]
+    py = robots.position[i, 1]
+    dx = robots.waypoint[i, 0] - px
+    dy = robots.waypoint[i, 1] - py
+    distance = np.sqrt(dx * dx + dy * dy)
+    speed = robots.max_speed[i]
+    radius = robots.radius[i]
     if distance < radius:
         return 0
-    dx, dy = dx / distance, dy / distance
-    count, end, exact = 0, ENCOUNTER_SHARE * distance / speed, rows.exact
+    dx = dx / distance
+    dy = dy / distance
+    count = 0
+    end = ENCOUNTER_SHARE * distance / speed
+    exact = rows.exact
     candidates = may_encounter(robots.position[i], (speed * dx, speed * dy), radius, end, ENCOUNTER_DISTANCE, rows)
     for j in range(candidates):
         k = rows.candidates[j]
         # Ignore robots that have arrived, even if they still drift.
         if k == i or robots.arrived[k]:
             continue
-        rx, ry = exact[0, k] - px, exact[1, k] - py
-        vx, vy = robots.velocity[k, 0], robots.velocity[k, 1]
-        mx, my = vx - speed * dx, vy - speed * dy
+        rx = exact[0, k] - px
+        ry = exact[1, k] - py
+        vx = robots.velocity[k, 0]
+        vy = robots.velocity[k, 1]
+        mx = vx - speed * dx
+        my = vy - speed * dy
         square = max(mx * mx + my * my, DIVISOR_FLOOR)
         time = -(rx * mx + ry * my) / square
         # A robot that crosses at the goal itself is not passed: the robot stops for it.
         if time <= 0.0 or time >= end:
             continue
-        nx, ny = rx + time * mx, ry + time * my
+        nx = rx + time * mx
+        ny = ry + time * my
         touch = radius + robots.radius[k]
         if nx * nx + ny * ny >= squared(ENCOUNTER_DISTANCE * touch):
             continue
@@ -330,16 +382,24 @@ def circle_around(radius: float, found: Array, count: int, circle: Array) -> Non
 
     radius: of the robot [m]; found: `count` rows of `predicted_encounters`; circle: see `GuidanceState`.
     """
-    x, y, radii, n = found[0, 1], found[0, 2], found[0, 3], 1
+    x = found[0, 1]
+    y = found[0, 2]
+    radii = found[0, 3]
+    n = 1
     size = max(radius + found[0, 3], CIRCLE_SPACING * (radius + radii) / (2.0 * np.pi))
     for k in range(1, count):
         near = CIRCLE_ROOM * size + radius + found[k, 3]
         if squared(found[k, 1] - x) + squared(found[k, 2] - y) > near * near:
             continue
         n += 1
-        x, y, radii = x + (found[k, 1] - x) / n, y + (found[k, 2] - y) / n, radii + found[k, 3]
+        x = x + (found[k, 1] - x) / n
+        y = y + (found[k, 2] - y) / n
+        radii = radii + found[k, 3]
         size = max(size, CIRCLE_SPACING * (radius + radii) / (2.0 * np.pi))
-    circle[0], circle[1], circle[2], circle[3] = x, y, CIRCLE_ROOM * size, n
+    circle[0] = x
+    circle[1] = y
+    circle[2] = CIRCLE_ROOM * size
+    circle[3] = n
 
 
 @kernel
@@ -348,20 +408,29 @@ def tangent_target(i: int, robots: GuidanceState, circle: Array, target: Array) 
 
     The point goes into target (3,) [m]: x, y. A robot within the circle gets a point that leads out of it.
     """
-    px, py, gx, gy = robots.position[i, 0], robots.position[i, 1], robots.waypoint[i, 0], robots.waypoint[i, 1]
-    x, y, radius = circle[0], circle[1], circle[2]
-    dx, dy = gx - px, gy - py
+    px = robots.position[i, 0]
+    py = robots.position[i, 1]
+    gx = robots.waypoint[i, 0]
+    gy = robots.waypoint[i, 1]
+    x = circle[0]
+    y = circle[1]
+    radius = circle[2]
+    dx = gx - px
+    dy = gy - py
     length = max(np.sqrt(dx * dx + dy * dy), DIVISOR_FLOOR)
-    tx, ty = x - px, y - py
+    tx = x - px
+    ty = y - py
     along, across = along_and_across(tx, ty, dx, dy)
-    along, across = along / length, across / length
+    along = along / length
+    across = across / length
     distance = np.sqrt(tx * tx + ty * ty)
     if along <= 0.0 or abs(across) >= radius or distance < CIRCLE_CENTRE:
         return False
     if squared(gx - x) + squared(gy - y) <= radius * radius:
         return False
     angle = -np.arcsin(radius / distance) if distance > radius else -np.pi + np.arcsin(distance / radius)
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     scale = max(distance, TANGENT_DISTANCE * radius) / distance
     target[0] = px + scale * (c * tx - s * ty)
     target[1] = py + scale * (s * tx + c * ty)
@@ -374,7 +443,12 @@ def fit_circle(i: int, robots: GuidanceState, rows: RobotRows, circle: Array) ->
 
     Robots that are much nearer to its centre than robot i, or much farther away, are there at another time.
     """
-    count, x, y, radii, largest, exact = 0, 0.0, 0.0, robots.radius[i], 0.0, rows.exact
+    count = 0
+    x = 0.0
+    y = 0.0
+    radii = robots.radius[i]
+    largest = 0.0
+    exact = rows.exact
     own = np.sqrt(squared(circle[0] - robots.position[i, 0]) + squared(circle[1] - robots.position[i, 1]))
     apart = CIRCLE_ARC * circle[2]
     for j in range(may_enter_circle(circle, own, rows)):
@@ -382,12 +456,16 @@ def fit_circle(i: int, robots: GuidanceState, rows: RobotRows, circle: Array) ->
         # Robots that have arrived are gone around by waypoints.
         if k == i or robots.arrived[k]:
             continue
-        tx, ty = circle[0] - exact[0, k], circle[1] - exact[1, k]
+        tx = circle[0] - exact[0, k]
+        ty = circle[1] - exact[1, k]
         if abs(np.sqrt(tx * tx + ty * ty) - own) > apart + CIRCLE_ENTRY * robots.radius[k]:
             continue
-        vx, vy, speed = exact[2, k], exact[3, k], max(exact[5, k], DIVISOR_FLOOR)
+        vx = exact[2, k]
+        vy = exact[3, k]
+        speed = max(exact[5, k], DIVISOR_FLOOR)
         along, across = along_and_across(tx, ty, vx, vy)
-        along, across = along / speed, abs(across) / speed
+        along = along / speed
+        across = abs(across) / speed
         size = circle[2] + CIRCLE_ENTRY * robots.radius[k]
         if along > 0.0 and across < size:
             count += 1
@@ -415,7 +493,8 @@ def fit_circle(i: int, robots: GuidanceState, rows: RobotRows, circle: Array) ->
 @vectorized
 def update_targets(order: Indices, robots: GuidanceState) -> None:
     """Set target, tolerance, stop and circle of the robots `order`: the waypoint, or a point beside their circle."""
-    found, fresh = np.empty((len(robots.radius), 4)), np.zeros(4)
+    found = np.empty((len(robots.radius), 4))
+    fresh = np.zeros(4)
     rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present, robots.position[0])
     for i in order:
         last = robots.waypoint[i, 0] == robots.goal[i, 0] and robots.waypoint[i, 1] == robots.goal[i, 1]
@@ -431,13 +510,15 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
         count = predicted_encounters(i, -1.0, robots, rows, found)
         if count > 0:
             circle_around(robots.radius[i], found, count, fresh)
-            x, y = fresh[0] - robots.position[i, 0], fresh[1] - robots.position[i, 1]
+            x = fresh[0] - robots.position[i, 0]
+            y = fresh[1] - robots.position[i, 1]
             # A robot within a new circle cannot pass it any more.
             if fresh[3] > circle[3] and (circle[2] > 0.0 or x * x + y * y > fresh[2] * fresh[2]):
                 copy_into(circle, fresh)
         if circle[2] > 0.0:
             if fit_circle(i, robots, rows, circle) > 0 and tangent_target(i, robots, circle, robots.target[i]):
-                robots.tolerance[i], robots.stop[i] = CIRCLE_TOLERANCE, False
+                robots.tolerance[i] = CIRCLE_TOLERANCE
+                robots.stop[i] = False
             else:
                 copy_into(robots.target[i], robots.waypoint[i])
                 circle[:] = 0.0
@@ -450,7 +531,8 @@ def keep_right(robots: GuidanceState) -> None:
     Circles of more robots are of no use there: encounters never end.
     """
     n = len(robots.radius)
-    found, circle = np.empty((n, 4)), np.zeros(4)
+    found = np.empty((n, 4))
+    circle = np.zeros(4)
     rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present, robots.position[0])
     for i in range(n):
         copy_into(robots.target[i], robots.goal[i])
@@ -466,7 +548,8 @@ def update_waypoints(robots: GuidanceState, grid: Grid, margin: float, parked: I
 
     No robot is in both. margin: kept between bodies [m]. Robots of one radius that follow each other take least time.
     """
-    cost, costs_radius = np.empty((0, 0)), np.nan
+    cost = np.empty((0, 0))
+    costs_radius = np.nan
     search = PathSearch(np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
     for i in due:
         radius = robots.radius[i] + margin
@@ -474,6 +557,7 @@ def update_waypoints(robots: GuidanceState, grid: Grid, margin: float, parked: I
         if goal_in_sight(grid, radius, robots.position, robots.radius, parked, i, robots.goal[i]):
             continue
         if radius != costs_radius:
-            cost, costs_radius = cell_costs(grid, radius, robots.position, robots.radius, parked), radius
+            cost = cell_costs(grid, radius, robots.position, robots.radius, parked)
+            costs_radius = radius
             search = new_path_search(cost)
         farthest_in_sight(grid, cost, robots.position[i], robots.goal[i], search, robots.waypoint[i])

@@ -37,7 +37,9 @@ def new_workspace(segments: int, hulls: MaybeHulls) -> Workspace:
 @kernel
 def put_segment(work: Workspace, table: Segments, s: int, u: Array, floor: float) -> None:
     """Write |relative position|^2 - floor along segment s under control u (3,) into the root of the work's stack."""
-    p, points, gains = work.path, table.points, table.gains
+    p = work.path
+    points = table.points
+    gains = table.gains
     for j in range(4):
         g = gains[j, s]
         for axis in range(3):
@@ -51,7 +53,8 @@ def least_clearances(table: Segments, hulls: MaybeHulls, owner: Indices, owners:
 
     Never above the true minimum by more than CLEARANCE. `owner` (n,): of each segment.
     """
-    result, radius = np.full((len(controls), owners), np.inf), table.radius
+    result = np.full((len(controls), owners), np.inf)
+    radius = table.radius
     work = new_workspace(len(radius), hulls)
     for c in range(len(controls)):
         u = controls[c]
@@ -84,7 +87,8 @@ def contact_times(
 
     `begin`, `end` (n,) [s], `owner` (n,): of each segment.
     """
-    result, radius = np.full((len(controls), owners), np.inf), table.radius
+    result = np.full((len(controls), owners), np.inf)
+    radius = table.radius
     work = new_workspace(len(radius), hulls)
     for c in range(len(controls)):
         u = controls[c]
@@ -108,8 +112,11 @@ def contact_times(
 @kernel
 def nearest_on_chord(table: Segments, k: int, u: Array) -> float:
     """The place in [0, 1] at which the chord of segment k is nearest to the robot under control u (3,)."""
-    points, g0, g3 = table.points, table.gains[0, k], table.gains[3, k]
-    along, square = 0.0, 1e-300
+    points = table.points
+    g0 = table.gains[0, k]
+    g3 = table.gains[3, k]
+    along = 0.0
+    square = 1e-300
     for axis in range(3):
         a = points[0, axis, k] - g0 * u[axis]
         d = points[3, axis, k] - g3 * u[axis] - a
@@ -121,8 +128,10 @@ def nearest_on_chord(table: Segments, k: int, u: Array) -> float:
 @kernel
 def depth_at(table: Segments, k: int, u: Array, s: float) -> tuple[float, float]:
     """The depth of u (3,) inside the element of segment k at s, in control units, negative outside; and the gain."""
-    points, gains = table.points, table.gains
-    gain, square = value(gains[0, k], gains[1, k], gains[2, k], gains[3, k], s), 0.0
+    points = table.points
+    gains = table.gains
+    gain = value(gains[0, k], gains[1, k], gains[2, k], gains[3, k], s)
+    square = 0.0
     for axis in range(3):
         q = value(points[0, axis, k], points[1, axis, k], points[2, axis, k], points[3, axis, k], s) - u[axis] * gain
         square += q * q
@@ -136,14 +145,25 @@ def deepen(table: Segments, k: int, u: Array, s: float) -> float:
     By a few steps of Newton's method on (radius - |p - g u|) / g. The element of that place holds all controls that are
     nearer to u than its depth. Where elements sweep along, their envelope touches it.
     """
-    points, gains = table.points, table.gains
+    points = table.points
+    gains = table.gains
     here = depth_at(table, k, u, s)[0]
     for _ in range(NEWTON_STEPS):
-        g0, g1, g2, g3 = gains[0, k], gains[1, k], gains[2, k], gains[3, k]
-        gain, rise, bend = value(g0, g1, g2, g3, s), slope(g0, g1, g2, g3, s), curvature(g0, g1, g2, g3, s)
-        square, first, second = 1e-300, 0.0, 0.0
+        g0 = gains[0, k]
+        g1 = gains[1, k]
+        g2 = gains[2, k]
+        g3 = gains[3, k]
+        gain = value(g0, g1, g2, g3, s)
+        rise = slope(g0, g1, g2, g3, s)
+        bend = curvature(g0, g1, g2, g3, s)
+        square = 1e-300
+        first = 0.0
+        second = 0.0
         for axis in range(3):
-            p0, p1, p2, p3 = points[0, axis, k], points[1, axis, k], points[2, axis, k], points[3, axis, k]
+            p0 = points[0, axis, k]
+            p1 = points[1, axis, k]
+            p2 = points[2, axis, k]
+            p3 = points[3, axis, k]
             q = value(p0, p1, p2, p3, s) - u[axis] * gain
             v = slope(p0, p1, p2, p3, s) - u[axis] * rise
             w = curvature(p0, p1, p2, p3, s) - u[axis] * bend
@@ -164,7 +184,8 @@ def deepen(table: Segments, k: int, u: Array, s: float) -> float:
         if there <= here:
             break
         moved = abs(trial - s)
-        s, here = trial, there
+        s = trial
+        here = there
         if moved < NEWTON_ACCURACY:
             # Steps shrink quadratically: the next one would be rounding.
             break

@@ -38,20 +38,25 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
     controls however fast the robot moves along a line. From piece `motion.straight` on it has one segment in place of
     one for each piece; that segment is passed at a constant rate.
     """
-    times, points, body, knots = pieces.times, pieces.points, pieces.body, motion.knots
-    n, m, d = len(times), len(motion.drift), points.shape[2]
+    times, points = pieces.times, pieces.points
+    body, knots = pieces.body, motion.knots
+    n, m = len(times), len(motion.drift)
+    d = points.shape[2]
     turning = len(pieces.turns) > 0
     still = rows_at_rest(pieces) if motion.straight < m - 1 else np.zeros(n, np.bool_)
     count = segment_count(times, body, still, motion, horizon)
     lines = np.empty((4, count))
-    begin, end, radius, growth = lines[0], lines[1], lines[2], lines[3]
-    relative, gains, turned = np.empty((4, 3, count)), np.empty((4, count)), np.empty((4, 2, count if turning else 0))
+    begin, end = lines[0], lines[1]
+    radius, growth = lines[2], lines[3]
+    relative, gains = np.empty((4, 3, count)), np.empty((4, count))
+    turned = np.empty((4, 2, count if turning else 0))
     bodies = np.empty(count, np.int64)
     for c in range(4):
         for axis in range(d, 3):
             for i in range(count):
                 relative[c, axis, i] = 0.0
-    k, piece, part = 0, 0, 0
+    k, piece = 0, 0
+    part = 0
     own = np.empty((KEPT_ROBOT_MOTIONS, 2 + 4 * (d + 1)))
     own[:, 0] = np.nan
     for s in range(n):
@@ -68,13 +73,15 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
             if own[part, 0] != t0 or own[part, 1] != stop:
                 robot_motion(motion, piece, t0, stop, own[part])
             for axis in range(d):
-                p0, p1, p2, p3 = points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis]
+                p0, p1 = points[s, 0, axis], points[s, 1, axis]
+                p2, p3 = points[s, 2, axis], points[s, 3, axis]
                 if cut:
                     p0, p1, p2, p3 = restrict(p0, p1, p2, p3, a, b)
                 q = 6 + 4 * axis
                 relative[0, axis, k], relative[1, axis, k] = p0 - own[part, q], p1 - own[part, q + 1]
                 relative[2, axis, k], relative[3, axis, k] = p2 - own[part, q + 2], p3 - own[part, q + 3]
-            gains[0, k], gains[1, k], gains[2, k], gains[3, k] = own[part, 2], own[part, 3], own[part, 4], own[part, 5]
+            gains[0, k], gains[1, k] = own[part, 2], own[part, 3]
+            gains[2, k], gains[3, k] = own[part, 4], own[part, 5]
             part = min(part + 1, KEPT_ROBOT_MOTIONS - 1)
             if turning:
                 turns = pieces.turns
@@ -82,7 +89,8 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
                     turned[0, axis, k], turned[1, axis, k], turned[2, axis, k], turned[3, axis, k] = restrict(
                         turns[s, 0, axis], turns[s, 1, axis], turns[s, 2, axis], turns[s, 3, axis], a, b
                     )
-            begin[k], end[k], bodies[k] = t0, stop, body[s]
+            begin[k], end[k] = t0, stop
+            bodies[k] = body[s]
             radius[k], growth[k] = pieces.radius[s] + pieces.growth[s] * a, pieces.growth[s] * (b - a)
             k += 1
             t0 = stop
@@ -96,15 +104,20 @@ def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: A
     The times, four control points of the gain, and four of each axis of the drift. Where the time `stop` is in a later
     piece, they are those of the line between both positions.
     """
-    knots, drift, gain, last = motion.knots, motion.drift, motion.gain, piece
+    knots = motion.knots
+    drift = motion.drift
+    gain = motion.gain
+    last = piece
     while last < len(drift) - 1 and knots[last + 1] < stop:
         last += 1
     if last > piece:
         line_of_motion(motion, piece, last, t0, stop, own)
         return
     span = knots[piece + 1] - knots[piece]
-    e, f = (t0 - knots[piece]) / span, (stop - knots[piece]) / span
-    own[0], own[1] = t0, stop
+    e = (t0 - knots[piece]) / span
+    f = (stop - knots[piece]) / span
+    own[0] = t0
+    own[1] = stop
     own[2], own[3], own[4], own[5] = restrict(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f)
     for axis in range(drift.shape[2]):
         q = 6 + 4 * axis
@@ -116,19 +129,25 @@ def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: A
 @kernel
 def line_of_motion(motion: PositionMap, piece: int, last: int, t0: float, stop: float, own: Array) -> None:
     """The line between the positions at t0 in `piece` and stop [s] in `last`, into `own` as in `robot_motion`."""
-    knots, drift, gain = motion.knots, motion.drift, motion.gain
+    knots = motion.knots
+    drift = motion.drift
+    gain = motion.gain
     e = (t0 - knots[piece]) / (knots[piece + 1] - knots[piece])
     f = (stop - knots[last]) / (knots[last + 1] - knots[last])
-    own[0], own[1] = t0, stop
+    own[0] = t0
+    own[1] = stop
     own[2] = value(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e)
     own[5] = value(gain[last, 0], gain[last, 1], gain[last, 2], gain[last, 3], f)
     for axis in range(drift.shape[2]):
-        p, q = drift[piece, :, axis], drift[last, :, axis]
+        p = drift[piece, :, axis]
+        q = drift[last, :, axis]
         own[6 + 4 * axis] = value(p[0], p[1], p[2], p[3], e)
         own[9 + 4 * axis] = value(q[0], q[1], q[2], q[3], f)
     for k in range(1 + drift.shape[2]):
-        first, end = own[2 + 4 * k], own[5 + 4 * k]
-        own[3 + 4 * k], own[4 + 4 * k] = (2.0 * first + end) / 3.0, (first + 2.0 * end) / 3.0
+        first = own[2 + 4 * k]
+        end = own[5 + 4 * k]
+        own[3 + 4 * k] = (2.0 * first + end) / 3.0
+        own[4 + 4 * k] = (first + 2.0 * end) / 3.0
 
 
 @kernel
@@ -151,9 +170,13 @@ def segment_count(times: Array, body: Indices, still: Flags, motion: PositionMap
 
     To fill less memory than was allocated costs more than this count.
     """
-    knots, m, count, piece = motion.knots, len(motion.drift), 0, 0
+    knots = motion.knots
+    m = len(motion.drift)
+    count = 0
+    piece = 0
     for s in range(len(times)):
-        t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
+        t0 = max(times[s, 0], 0.0)
+        t1 = min(times[s, 1], horizon)
         if s == 0 or body[s] != body[s - 1]:
             piece = 0
         while t0 < t1:
@@ -209,28 +232,51 @@ def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float
     Args:
         points: (4, 3, n) [m], gains: (4, n): of `Segments`.
     """
-    x0, y0, z0 = points[0, 0], points[0, 1], points[0, 2]
-    x1, y1, z1 = points[1, 0], points[1, 1], points[1, 2]
-    x2, y2, z2 = points[2, 0], points[2, 1], points[2, 2]
-    x3, y3, z3 = points[3, 0], points[3, 1], points[3, 2]
-    gain0, gain1, gain2, gain3 = gains[0], gains[1], gains[2], gains[3]
+    x0 = points[0, 0]
+    y0 = points[0, 1]
+    z0 = points[0, 2]
+    x1 = points[1, 0]
+    y1 = points[1, 1]
+    z1 = points[1, 2]
+    x2 = points[2, 0]
+    y2 = points[2, 1]
+    z2 = points[2, 2]
+    x3 = points[3, 0]
+    y3 = points[3, 1]
+    z3 = points[3, 2]
+    gain0 = gains[0]
+    gain1 = gains[1]
+    gain2 = gains[2]
+    gain3 = gains[3]
     third = 1.0 / 3.0
     for s in range(len(gaps)):
-        g0, g1, g2, g3 = gain0[s], gain1[s], gain2[s], gain3[s]
-        ax, ay, az = x0[s] - g0 * ux, y0[s] - g0 * uy, z0[s] - g0 * uz
-        bx, by, bz = x3[s] - g3 * ux, y3[s] - g3 * uy, z3[s] - g3 * uz
-        dx, dy, dz = bx - ax, by - ay, bz - az
+        g0 = gain0[s]
+        g1 = gain1[s]
+        g2 = gain2[s]
+        g3 = gain3[s]
+        ax = x0[s] - g0 * ux
+        ay = y0[s] - g0 * uy
+        az = z0[s] - g0 * uz
+        bx = x3[s] - g3 * ux
+        by = y3[s] - g3 * uy
+        bz = z3[s] - g3 * uz
+        dx = bx - ax
+        dy = by - ay
+        dz = bz - az
         along = -(ax * dx + ay * dy + az * dz) / (dx * dx + dy * dy + dz * dz + 1e-300)
         along = along if along > 0.0 else 0.0
         along = along if along < 1.0 else 1.0
-        cx, cy, cz = ax + along * dx, ay + along * dy, az + along * dz
+        cx = ax + along * dx
+        cy = ay + along * dy
+        cz = az + along * dz
         ex = x1[s] - g1 * ux - (2.0 * ax + bx) * third
         ey = y1[s] - g1 * uy - (2.0 * ay + by) * third
         ez = z1[s] - g1 * uz - (2.0 * az + bz) * third
         fx = x2[s] - g2 * ux - (ax + 2.0 * bx) * third
         fy = y2[s] - g2 * uy - (ay + 2.0 * by) * third
         fz = z2[s] - g2 * uz - (az + 2.0 * bz) * third
-        e, f = ex * ex + ey * ey + ez * ez, fx * fx + fy * fy + fz * fz
+        e = ex * ex + ey * ey + ez * ez
+        f = fx * fx + fy * fy + fz * fz
         bend = e if e > f else f
         gaps[s] = np.sqrt(cx * cx + cy * cy + cz * cz) - 0.75 * np.sqrt(bend)
 
@@ -268,11 +314,13 @@ def cull(table: Segments, gaps: Array, farthest: float, rows: Indices) -> int:
 
     `gaps` (n,) holds the distances of the chord test. Its first entries become the distances of those controls.
     """
-    count, gains = 0, table.gains
+    count = 0
+    gains = table.gains
     for s in range(len(gaps)):
         gain = max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
         gap = gaps[s] - table.bounding_radius[s]
-        rows[count], gaps[count] = s, gap / gain
+        rows[count] = s
+        gaps[count] = gap / gain
         count += gap < farthest * gain
     return count
 
@@ -280,7 +328,9 @@ def cull(table: Segments, gaps: Array, farthest: float, rows: Indices) -> int:
 @kernel
 def new_table(count: int) -> Segments:
     """An empty table for `count` segments."""
-    points, gains, lines = np.empty((4, 3, count)), np.empty((4, count)), np.empty((3, count))
+    points = np.empty((4, 3, count))
+    gains = np.empty((4, count))
+    lines = np.empty((3, count))
     return Segments(points, gains, lines[0], lines[1], lines[2])
 
 
@@ -302,7 +352,8 @@ def copy_near(
     They go into `near` and `near_hulls` from row `count` on, and directions that separate their hulls from the
     centre into `work.separating`. Returns the number of rows there.
     """
-    table, away = culled.table, culled.away
+    table = culled.table
+    away = culled.away
     for c in range(len(culled.rows)):
         if not away[c] < limit:
             continue
@@ -311,7 +362,8 @@ def copy_near(
             # A long wall may be out of reach although the disc about it is not.
             load_path(table, hulls, s, culled.center, work.path)
             hull = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
-            gains, separating = table.gains[:, s], work.separating[count]
+            gains = table.gains[:, s]
+            separating = work.separating[count]
             put_separating(hull, gains, culled.center, hull_distance(hull, 0.5, work.corners), separating)
             gain = max(max(gains[0], gains[1]), max(gains[2], gains[3]))
             away[c] = max(away[c], least_along(separating, gains, culled.center) / gain)
@@ -330,7 +382,8 @@ def copy_row(table: Segments, hulls: MaybeHulls, s: int, near: Segments, near_hu
         near.gains[j, count] = table.gains[j, s]
         for axis in range(3):
             near.points[j, axis, count] = table.points[j, axis, s]
-    near.radius[count], near.growth[count] = table.radius[s], table.growth[s]
+    near.radius[count] = table.radius[s]
+    near.growth[count] = table.growth[s]
     near.bounding_radius[count] = table.bounding_radius[s]
     if len(hulls) > 0 and len(near_hulls) > 0:
         near_hulls.hull[count] = hulls.hull[s]

@@ -59,7 +59,8 @@ def rows_within(times: Array, begin: int, end: int, start: float, until: float) 
     """
     if not until > start:
         return begin, begin
-    low, high = begin, end
+    low = begin
+    high = end
     while low < high:
         middle = (low + high) // 2
         if times[middle, 1] > start:
@@ -93,8 +94,11 @@ def pieces_within(
     With their `piece_balls` (m, 4) [m], from those of all pieces (n, 4), and the first row of each body (b + 1,). Body
     k of the table has the rows first[k] to first[k + 1], whose radius does not grow.
     """
-    times, turning, d = pieces.times, len(pieces.turns) > 0, pieces.points.shape[2]
-    count, kept = len(some), 0
+    times = pieces.times
+    turning = len(pieces.turns) > 0
+    d = pieces.points.shape[2]
+    count = len(some)
+    kept = 0
     rows = np.empty((count, 2), np.int64)
     for b in range(count):
         k = some[b]
@@ -108,18 +112,24 @@ def pieces_within(
         np.empty((kept if turning else 0, 4, 2)),
         np.empty(kept, np.int64),
     )
-    found_first, k, found_balls = np.zeros(count + 1, np.int64), 0, np.empty((kept, 4))
+    found_first = np.zeros(count + 1, np.int64)
+    k = 0
+    found_balls = np.empty((kept, 4))
     for b in range(count):
         found_first[b + 1] = found_first[b] + rows[b, 1] - rows[b, 0]
         for s in range(rows[b, 0], rows[b, 1]):
-            begin, end = max(times[s, 0], start), min(times[s, 1], start + until[b])
+            begin = max(times[s, 0], start)
+            end = min(times[s, 1], start + until[b])
             width = times[s, 1] - times[s, 0]
-            share, last = (begin - times[s, 0]) / width, (end - times[s, 0]) / width
+            share = (begin - times[s, 0]) / width
+            last = (end - times[s, 0]) / width
             copy_restricted(pieces.points[s], share, last, found.points[k])
             if turning:
                 copy_restricted(pieces.turns[s], share, last, found.turns[k])
-            found.times[k, 0], found.times[k, 1] = begin - start, end - start
-            found.radius[k], found.body[k] = pieces.radius[s], b
+            found.times[k, 0] = begin - start
+            found.times[k, 1] = end - start
+            found.radius[k] = pieces.radius[s]
+            found.body[k] = b
             if share > 0.0 or last < 1.0:
                 put_ball(found, k, found_balls[k])
             else:
@@ -132,17 +142,17 @@ def pieces_within(
 @kernel
 def put_ball(pieces: Pieces, s: int, ball: Array) -> None:
     """Write the ball of row s, see `piece_balls`, into `ball` (4,) [m]."""
-    square, d = 0.0, pieces.points.shape[2]
+    square = 0.0
+    d = pieces.points.shape[2]
     for axis in range(3):
         ball[axis] = 0.0
     for axis in range(d):
-        p0, p1, p2, p3 = (
-            pieces.points[s, 0, axis],
-            pieces.points[s, 1, axis],
-            pieces.points[s, 2, axis],
-            pieces.points[s, 3, axis],
-        )
-        low, high = min(min(p0, p1), min(p2, p3)), max(max(p0, p1), max(p2, p3))
+        p0 = pieces.points[s, 0, axis]
+        p1 = pieces.points[s, 1, axis]
+        p2 = pieces.points[s, 2, axis]
+        p3 = pieces.points[s, 3, axis]
+        low = min(min(p0, p1), min(p2, p3))
+        high = max(max(p0, p1), max(p2, p3))
         ball[axis] = 0.5 * (low + high)
         square += squared(high - ball[axis])
     size = np.sqrt(square) + pieces.radius[s] + max(pieces.growth[s], 0.0)
@@ -169,9 +179,11 @@ def body_balls(balls: Array, first: Indices, size: Array) -> Array:
     for b in range(len(size)):
         found[b, 3] = -np.inf
         for axis in range(3):
-            low, high = np.inf, -np.inf
+            low = np.inf
+            high = -np.inf
             for s in range(first[b], first[b + 1]):
-                low, high = min(low, balls[s, axis]), max(high, balls[s, axis])
+                low = min(low, balls[s, axis])
+                high = max(high, balls[s, axis])
             found[b, axis] = 0.5 * (low + high)
         for s in range(first[b], first[b + 1]):
             square = 0.0
@@ -185,9 +197,11 @@ def body_balls(balls: Array, first: Indices, size: Array) -> Array:
 @kernel
 def balls_near(balls: Array, position: Array, distance: float) -> Indices:
     """Numbers (m,) of the `balls` (n, 4) [m] that are no farther from `position` (d,) [m] than `distance` [m]."""
-    near, count = np.empty(len(balls), np.int64), 0
+    near = np.empty(len(balls), np.int64)
+    count = 0
     for b in range(len(balls)):
-        square, reach = 0.0, balls[b, 3] + distance
+        square = 0.0
+        reach = balls[b, 3] + distance
         for axis in range(len(position)):
             square += squared(balls[b, axis] - position[axis])
         if reach >= 0.0 and square <= reach * reach:
@@ -202,7 +216,8 @@ def kept_radii(distance: Array, radius: Array) -> tuple[Array, bool]:
 
     The rule is `contact.kept_radius`.
     """
-    own, overlapping = np.empty(len(radius)), False
+    own = np.empty(len(radius))
+    overlapping = False
     for b in range(len(radius)):
         own[b] = kept_radius(distance[b], radius[b])
         overlapping = overlapping or overlaps(distance[b] - own[b])
@@ -223,7 +238,8 @@ def segments_of(
         radius[s] = pieces.radius[s] + error + bodies.radius[pieces.body[s]]
     grown = Pieces(pieces.times, pieces.points, radius, pieces.growth, pieces.turns, pieces.body)
     cut = relative_segments(grown, motion, horizon)
-    owner, hull = np.empty(len(cut.body), np.int64), np.empty(len(cut.body), np.int64)
+    owner = np.empty(len(cut.body), np.int64)
+    hull = np.empty(len(cut.body), np.int64)
     for k in range(len(owner)):
         owner[k], hull[k] = bodies.owner[cut.body[k]], bodies.hull[cut.body[k]]
     return cut, bounding_radii(cut, bodies.hull_radius), owner, hull
@@ -250,9 +266,14 @@ def distances_now(bodies: Snapshot, hulls: MaybeHulls, position: Array) -> Array
     Infinite for bodies without a head. Less the uncertainty of the position where the body has one: that is a
     distance, not a part of its shape.
     """
-    pieces, heads = bodies.pieces, bodies.heads
-    d, n, turning = pieces.points.shape[2], len(heads), len(pieces.turns) > 0
-    places, directions, hull = np.zeros((n, 3)), np.zeros((n, 2)), np.empty(n, np.int64)
+    pieces = bodies.pieces
+    heads = bodies.heads
+    d = pieces.points.shape[2]
+    n = len(heads)
+    turning = len(pieces.turns) > 0
+    places = np.zeros((n, 3))
+    directions = np.zeros((n, 2))
+    hull = np.empty(n, np.int64)
     result = np.zeros((len(bodies.hull), 4))
     result[:, 0] = np.inf
     directions[:, 0] = 1.0
@@ -297,12 +318,15 @@ def covered_at_rest(
 
     Bodies with `radius` (b,) [m] and `hull_radius` (b,) [m], pieces with `balls` (n, 4) [m], see `piece_balls`.
     """
-    pieces, still = bodies.pieces, bodies_at_rest(bodies.pieces, len(radius))
-    covered, near = np.zeros(len(points), np.bool_), np.empty(len(bodies.heads), np.int64)
+    pieces = bodies.pieces
+    still = bodies_at_rest(bodies.pieces, len(radius))
+    covered = np.zeros(len(points), np.bool_)
+    near = np.empty(len(bodies.heads), np.int64)
     for k in range(len(points)):
         count = 0
         for s in bodies.heads:
-            b, square = pieces.body[s], 0.0
+            b = pieces.body[s]
+            square = 0.0
             for axis in range(points.shape[1]):
                 square += squared(balls[s, axis] - points[k, axis])
             reach = balls[s, 3] + radius[b] + hull_radius[b] + margin

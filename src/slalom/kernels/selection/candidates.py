@@ -121,14 +121,16 @@ def propose(
 def new_queue() -> Array:
     """An empty heap (128, 8)."""
     queue = np.empty((128, 8))
-    queue[0, 0], queue[0, 1] = 0.0, 0.0
+    queue[0, 0] = 0.0
+    queue[0, 1] = 0.0
     return queue
 
 
 @kernel
 def before(queue: Array, a: float, b: float) -> bool:
     """Whether candidate number a is taken before candidate number b."""
-    first, second = queue[int(a), 0], queue[int(b), 0]
+    first = queue[int(a), 0]
+    second = queue[int(b), 0]
     return bool(first < second or (first == second and a < b))
 
 
@@ -149,10 +151,16 @@ def with_room(queue: Array, more: int) -> Array:
 def put(queue: Array, cost: float, u: Array, i: int, j: int, t: float) -> None:
     """Put candidate u (3,) into the queue (n, 8), which has room for it."""
     n = int(queue[0, 0]) + 1
-    queue[n, 0], queue[n, 1], queue[n, 2], queue[n, 3] = cost, u[0], u[1], u[2]
-    queue[n, 4], queue[n, 5], queue[n, 6] = i, j, t
+    queue[n, 0] = cost
+    queue[n, 1] = u[0]
+    queue[n, 2] = u[1]
+    queue[n, 3] = u[2]
+    queue[n, 4] = i
+    queue[n, 5] = j
+    queue[n, 6] = t
     slot = int(queue[0, 1]) + 1
-    queue[0, 0], queue[0, 1] = n, slot
+    queue[0, 0] = n
+    queue[0, 1] = slot
     while slot > 1 and before(queue, n, queue[slot // 2, 7]):
         queue[slot, 7] = queue[slot // 2, 7]
         slot //= 2
@@ -165,7 +173,9 @@ def take(queue: Array) -> int:
     size = int(queue[0, 1])
     if size == 0:
         return 0
-    first, moved, slot = int(queue[1, 7]), queue[size, 7], 1
+    first = int(queue[1, 7])
+    moved = queue[size, 7]
+    slot = 1
     size -= 1
     queue[0, 1] = size
     while 2 * slot <= size:
@@ -192,7 +202,9 @@ def nearest_admissible(preferred: Array, limits: Array, center: Array) -> tuple[
 
     All controls are (3,). `center` is written; it is a control near the preferred one if neither holds.
     """
-    center[0], center[1], center[2] = preferred[0], preferred[1], preferred[2]
+    center[0] = preferred[0]
+    center[1] = preferred[1]
+    center[2] = preferred[2]
     if meets(limits, 0, len(limits), preferred, -1, -1):
         return True, True
     smallest = smallest_ball(limits, len(limits))
@@ -200,7 +212,9 @@ def nearest_admissible(preferred: Array, limits: Array, center: Array) -> tuple[
         return False, False
     found = np.empty((1, 3))
     project(limits, smallest, preferred, found)
-    center[0], center[1], center[2] = found[0, 0], found[0, 1], found[0, 2]
+    center[0] = found[0, 0]
+    center[1] = found[0, 1]
+    center[2] = found[0, 2]
     return meets(limits, 0, len(limits), center, smallest, -1), False
 
 
@@ -265,7 +279,10 @@ def exclude_beyond(boundaries: Array, b: int, slack: float) -> None:
 @kernel
 def excludes(boundaries: Array, b: int, u: Array) -> bool:
     """Whether boundary b excludes control u (3,)."""
-    side, x, y, z = boundaries[b, 0], boundaries[b, 1], boundaries[b, 2], boundaries[b, 3]
+    side = boundaries[b, 0]
+    x = boundaries[b, 1]
+    y = boundaries[b, 2]
+    z = boundaries[b, 3]
     if side == 0.0:
         return bool(x * u[0] + y * u[1] + z * u[2] > boundaries[b, 6])
     square = squared(u[0] - x) + squared(u[1] - y) + squared(u[2] - z)
@@ -289,7 +306,9 @@ def excluded_by(boundaries: Array, count: int, u: Array, last: int) -> int:
 @kernel
 def propose_in_space(queue: Array, boundaries: Array, count: int, view: View) -> None:
     """Put the candidates that the last boundary, number count - 1, adds into the queue (n, 8), with room for count."""
-    new, curve, found = count - 1, view.curve, view.found
+    new = count - 1
+    curve = view.curve
+    found = view.found
     project(boundaries, new, view.preferred, found)
     put_point(queue, view, found[0], new, -1, 0.0)
     for i in range(new):
@@ -314,8 +333,11 @@ def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> None
 
     From the nearest point of a curve, the search continues on both sides.
     """
-    i, j, t = int(queue[n, 4]), int(queue[n, 5]), queue[n, 6]
-    curve, found = view.curve, view.found
+    i = int(queue[n, 4])
+    j = int(queue[n, 5])
+    t = queue[n, 6]
+    curve = view.curve
+    found = view.found
     if j < 0 or not curve_of(boundaries, i, j, view.preferred, curve):
         return
     for turn in range(2):

@@ -69,7 +69,11 @@ def hull_element(
     """
     load_path(table, hulls, s, u, work.path)
     moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
-    h, path, q, place, gain = moving.hull, work.path, work.corners, work.element[0], table.gains[:, s]
+    h = moving.hull
+    path = work.path
+    q = work.corners
+    place = work.element[0]
+    gain = table.gains[:, s]
     n = hulls.first[h + 1] - hulls.first[h]
     if n > 1 and dimension == 2:
         depth = -hull_distance(moving, place, q)[0]
@@ -79,7 +83,8 @@ def hull_element(
         far = np.sqrt(squared(u[0] - limits[smallest, 1]) + squared(u[1] - limits[smallest, 2])) + limits[smallest, 4]
         half = ELEMENT_SPAN
         for _ in range(ELEMENT_HALVINGS):
-            a, b = max(0.0, place - half), min(1.0, place + half)
+            a = max(0.0, place - half)
+            b = min(1.0, place + half)
             if turning:
                 m, r = fan(moving, gain, far, a, b, q)
             else:
@@ -171,7 +176,9 @@ def fan(
         q[j, 0] += (x - q[j, 0]) * moved / rho
         q[j, 1] += (y - q[j, 1]) * moved / rho
     share = miss / (rho - moved + miss)
-    best, deepest, trial = -1, 0.0, q[2 * n + core :]
+    best = -1
+    deepest = 0.0
+    trial = q[2 * n + core :]
     for j in range(n + 1):
         which = j if j < n else best
         if which < 0:
@@ -186,7 +193,8 @@ def fan(
         if j < n:
             depth = r - signed_distance(trial, m)[0]
             if best < 0 or depth > deepest:
-                best, deepest = j, depth
+                best = j
+                deepest = depth
     for k in range(m):
         q[k] = trial[k]
     return m, r
@@ -195,13 +203,16 @@ def fan(
 @kernel
 def inner_disc(q: Array, n: int) -> tuple[float, float, float]:
     """The mean (x, y) of the corners q[:n] of a polygon, and its distance from the border."""
-    x, y = 0.0, 0.0
+    x = 0.0
+    y = 0.0
     for j in range(n):
-        x, y = x + q[j, 0] / n, y + q[j, 1] / n
+        x = x + q[j, 0] / n
+        y = y + q[j, 1] / n
     rho = np.inf
     for j in range(n):
         k = j + 1 if j + 1 < n else 0
-        dx, dy = q[k, 0] - q[j, 0], q[k, 1] - q[j, 1]
+        dx = q[k, 0] - q[j, 0]
+        dy = q[k, 1] - q[j, 1]
         rho = min(rho, (dx * (y - q[j, 1]) - dy * (x - q[j, 0])) / (np.sqrt(dx * dx + dy * dy) + 1e-300))
     return x, y, rho
 
@@ -245,7 +256,10 @@ def sag(path: Array, gain: Array, far: float, a: float, b: float) -> float:
 @kernel
 def corner_sag(moving: MovingHull, gain: Array, far: float, a: float, b: float) -> float:
     """Largest distance [m] of a corner of a turning body from the chord of its path, see `sag`."""
-    path, corners, first, square = moving.path, moving.hulls.corners, moving.hulls.first, 0.0
+    path = moving.path
+    corners = moving.hulls.corners
+    first = moving.hulls.first
+    square = 0.0
     for j in range(first[moving.hull], first[moving.hull + 1]):
         square = max(square, squared(corners[j, 3]) + squared(corners[j, 4]))
     return float(sag(path, gain, far, a, b) + np.sqrt(square) * bend(path[:, 3], path[:, 4], a, b))
@@ -265,5 +279,7 @@ def bend(x: Array, y: Array, a: float, b: float) -> float:
 def nearest_ball(q: Array, u: Array) -> int:
     """Write the point of a capsule's axis nearest to u (3,) into q[0]; the number of corners, 1."""
     x, y, z = to_segment(q[0, 0] - u[0], q[0, 1] - u[1], q[0, 2] - u[2], q[1, 0] - u[0], q[1, 1] - u[1], q[1, 2] - u[2])
-    q[0, 0], q[0, 1], q[0, 2] = x + u[0], y + u[1], z + u[2]
+    q[0, 0] = x + u[0]
+    q[0, 1] = y + u[1]
+    q[0, 2] = z + u[2]
     return 1

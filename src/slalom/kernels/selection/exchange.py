@@ -91,8 +91,13 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
     For each colliding segment the time of deepest approach is sought from a witness. Any time of collision would do for
     correctness; a deep one makes the exchange short.
     """
-    points, gains, gaps, element = table.points, table.gains, work.gaps, work.element
-    worst, deepest, place = -1, 0.0, 0.0
+    points = table.points
+    gains = table.gains
+    gaps = work.gaps
+    element = work.element
+    worst = -1
+    deepest = 0.0
+    place = 0.0
     chord_distances(points, gains, u[0], u[1], u[2], gaps)
     for s in range(len(gaps)):
         if gaps[s] >= table.bounding_radius[s]:
@@ -116,7 +121,9 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
         if g < SMALLEST_GAIN:
             return -2
         if worst < 0 or depth > deepest:
-            worst, deepest, place = s, depth, there
+            worst = s
+            deepest = depth
+            place = there
     if worst < 0:
         # Nothing collides where its chord is nearest: all that may collide elsewhere is decided for all times.
         for s in range(len(gaps)):
@@ -135,7 +142,9 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
         if g < SMALLEST_GAIN:
             return -2
         for axis in range(3):
-            p0, p1, p2 = points[0, axis, worst], points[1, axis, worst], points[2, axis, worst]
+            p0 = points[0, axis, worst]
+            p1 = points[1, axis, worst]
+            p2 = points[2, axis, worst]
             element[1 + axis] = value(p0, p1, p2, points[3, axis, worst], place) / g
         element[4] = (table.radius[worst] + CONTACT) / g
     element[0] = place
@@ -187,7 +196,11 @@ Smaller: more choices end undecided.
 """
 
 
-SAFE, BLOCKED, INADMISSIBLE, OVERLAPPING, UNDECIDED = 0, 1, 2, 3, 4
+SAFE = 0
+BLOCKED = 1
+INADMISSIBLE = 2
+OVERLAPPING = 3
+UNDECIDED = 4
 
 
 class ChoiceProblem(NamedTuple):
@@ -215,7 +228,9 @@ def nearest_free(
         preferred: (3,). limits: (n, 5) the admissible set, see `geometry.boundaries`.
         most_elements, most_candidates: bounds on the work; reaching one, or MOST_WORK_IN_SPACE, gives UNDECIDED.
     """
-    u, gaps, center = preferred.copy(), np.empty(len(table.radius)), np.empty(3)
+    u = preferred.copy()
+    gaps = np.empty(len(table.radius))
+    center = np.empty(3)
     nearest, allowed = nearest_admissible(u, limits, center)
     if is_clear(table, center, gaps) and nearest:
         return SAFE, center, 0, 1
@@ -324,7 +339,10 @@ def cut_off(
     work: Workspace,
 ) -> tuple[Array, MaybePolygons, int]:
     """The working set, boundaries (m, 9) and polygons, and its size, with the element of `deepest_violation` added."""
-    segment, u, element, q = rejection.segment, rejection.control, work.element, work.corners
+    segment = rejection.segment
+    u = rejection.control
+    element = work.element
+    q = work.corners
     if len(hulls) > 0 and len(polygons) > 0 and hulls.hull[segment] >= 0:
         n, r = hull_element(near, hulls, segment, u, problem.dimension, problem.limits, work)
         if problem.dimension == 3 and n > 1:
@@ -333,7 +351,10 @@ def cut_off(
             polygons = add_polygon(polygons, q, n, r)
             boundaries, count = add_rounded(boundaries, len(problem.limits), count, polygons[1][0] - 1, q, n, r)
             return boundaries, polygons, count
-        element[1], element[2], element[3], element[4] = q[0, 0], q[0, 1], q[0, 2], r
+        element[1] = q[0, 0]
+        element[2] = q[0, 1]
+        element[3] = q[0, 2]
+        element[4] = r
     boundaries = with_capacity(boundaries, count + 1)
     boundaries[count, 0] = 1.0
     for column in range(1, 5):
@@ -357,12 +378,14 @@ def choose_many(
     `hulls`: of the bodies, as in `distances_now`.
     """
     n, d = states.position.shape
-    controls, statuses = np.empty((n, 3)), np.empty(n, np.int64)
+    controls = np.empty((n, 3))
+    statuses = np.empty(n, np.int64)
     for i in range(n):
         distances = distances_now(scene.bodies, hulls, states.position[i])
         radius, overlapping = kept_radii(distances[:, 0], scene.table.radius)
         if overlapping:
-            controls[i], statuses[i] = preferred[i], OVERLAPPING
+            controls[i] = preferred[i]
+            statuses[i] = OVERLAPPING
             continue
         kept = BodyTable(radius, scene.table.hull_radius, scene.table.owner, scene.table.hull)
         motion = PositionMap(states.knots, states.drift[i], states.gain, len(states.gain))

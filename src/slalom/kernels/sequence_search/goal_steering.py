@@ -75,15 +75,21 @@ def motion_is_clear(
     if duration <= 0.0:
         return True
     d = problem.dimension
-    drift, gain, u = np.empty((1, 4, d)), np.zeros((1, 4)), np.zeros(3)
-    p, v, middle, middle_velocity = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    drift = np.empty((1, 4, d))
+    gain = np.zeros((1, 4))
+    u = np.zeros(3)
+    p = np.empty(3)
+    v = np.empty(3)
+    middle = np.empty(3)
+    middle_velocity = np.empty(3)
     stretches = max(1, int(np.ceil(duration / problem.step - WHOLE_COUNT)))
     h = duration / stretches
     for k in range(stretches):
         scratch.work[0] += WORK_STRETCH
         advance(position, velocity, acceleration, h * k, p, v)
         advance(p, v, acceleration, 0.5 * h, middle, middle_velocity)
-        square_speed, square_acceleration = 0.0, 0.0
+        square_speed = 0.0
+        square_acceleration = 0.0
         for axis in range(d):
             square_speed += squared(middle_velocity[axis])
             square_acceleration += squared(acceleration[axis])
@@ -112,7 +118,8 @@ def accelerate_and_coast(
     The earliest such arrival from position (3,) [m] with velocity (3,) [m/s]. The acceleration goes into
     acceleration (3,) [m/s^2].
     """
-    d, time = problem.dimension, time_to_goal(problem, position, velocity)
+    d = problem.dimension
+    time = time_to_goal(problem, position, velocity)
     acceleration[:] = 0.0
     for _ in range(COAST_ATTEMPTS):
         square = 0.0
@@ -131,7 +138,8 @@ def accelerate_and_coast(
             time = hold
             continue
         size = need / (hold * (time - 0.5 * hold))
-        square_speed, square_now = 0.0, 0.0
+        square_speed = 0.0
+        square_now = 0.0
         for axis in range(d):
             acceleration[axis] *= size / length
             square_speed += squared(velocity[axis] + hold * acceleration[axis])
@@ -152,11 +160,14 @@ def accelerate_and_brake(
     Of all pairs with at most BRAKE_STEPS steps for each, one that ends first. position (3,) [m], velocity (3,) [m/s].
     The first acceleration goes into acceleration (3,) [m/s^2].
     """
-    d, most = problem.dimension, int(np.round(BRAKE_STEPS * problem.step / problem.period))
+    d = problem.dimension
+    most = int(np.round(BRAKE_STEPS * problem.step / problem.period))
     for total in range(2, 2 * most + 1):
         for k in range(max(1, total - most), min(most, total - 1) + 1):
-            hold, brake = k * problem.period, (total - k) * problem.period
-            square, square_speed = 0.0, 0.0
+            hold = k * problem.period
+            brake = (total - k) * problem.period
+            square = 0.0
+            square_speed = 0.0
             for axis in range(d):
                 away = problem.goal[axis] - position[axis] - (hold + 0.5 * brake) * velocity[axis]
                 acceleration[axis] = away / (0.5 * hold * (hold + brake))
@@ -179,9 +190,13 @@ def steer_to_goal(
     latest = problem.deadline
     if tree.counts[BEST] >= 0:
         latest = min(latest, tree.time[tree.counts[BEST]] - EARLIER_ARRIVAL * problem.period)
-    first, second = np.zeros(3), np.zeros(3)
-    p, v = np.empty(3), np.empty(3)
-    start, position, velocity = tree.time[i], tree.position[i], tree.velocity[i]
+    first = np.zeros(3)
+    second = np.zeros(3)
+    p = np.empty(3)
+    v = np.empty(3)
+    start = tree.time[i]
+    position = tree.position[i]
+    velocity = tree.velocity[i]
     if problem.stop:
         hold, rest = accelerate_and_brake(problem, position, velocity, first)
     else:
@@ -200,7 +215,9 @@ def steer_to_goal(
     duration = rest if problem.stop else np.ceil(rest / problem.period) * problem.period
     if not motion_is_clear(index, problem, start + hold, p, v, second, duration, scratch):
         return -1
-    j, end, end_velocity = i, np.empty(3), np.empty(3)
+    j = i
+    end = np.empty(3)
+    end_velocity = np.empty(3)
     if hold > 0.0:
         j = add_node(tree, i, start + hold, p, v, first, 0.0, CLOSED)
     advance(p, v, second, rest, end, end_velocity)

@@ -74,13 +74,16 @@ def candidate_acceleration(tree: SearchTree, i: int, k: int, problem: SearchProb
 
     It is COAST, BRAKE, TO_GOAL, or one of the directions, scaled to the limits.
     """
-    d, h = problem.dimension, problem.step
+    d = problem.dimension
+    h = problem.step
     u[:] = 0.0
-    distance, speed = 0.0, 0.0
+    distance = 0.0
+    speed = 0.0
     for axis in range(d):
         distance += squared(problem.goal[axis] - tree.position[i, axis])
         speed += squared(tree.velocity[i, axis])
-    distance, speed = max(np.sqrt(distance), DIVISOR_FLOOR), np.sqrt(speed)
+    distance = max(np.sqrt(distance), DIVISOR_FLOOR)
+    speed = np.sqrt(speed)
     if k == COAST:
         return True
     if k == BRAKE:
@@ -93,15 +96,18 @@ def candidate_acceleration(tree: SearchTree, i: int, k: int, problem: SearchProb
             desired = (problem.goal[axis] - tree.position[i, axis]) * problem.max_speed / distance
             u[axis] = (desired - tree.velocity[i, axis]) / h
     else:
-        direction, most = problem.directions[k - FIRST_DIRECTION], problem.max_acceleration
-        x, y = problem.goal[0] - tree.position[i, 0], problem.goal[1] - tree.position[i, 1]
+        direction = problem.directions[k - FIRST_DIRECTION]
+        most = problem.max_acceleration
+        x = problem.goal[0] - tree.position[i, 0]
+        y = problem.goal[1] - tree.position[i, 1]
         flat = max(np.sqrt(x * x + y * y), DIVISOR_FLOOR)
         x, y = (x / flat, y / flat) if flat > DIVISOR_FLOOR else (1.0, 0.0)
         u[0] = most * (x * direction[0] - y * direction[1])
         u[1] = most * (y * direction[0] + x * direction[1])
         if d == 3:
             u[2] = most * direction[2]
-    size, square_speed = 0.0, 0.0
+    size = 0.0
+    square_speed = 0.0
     for axis in range(d):
         size += squared(u[axis])
     scale = min(1.0, problem.max_acceleration / max(np.sqrt(size), DIVISOR_FLOOR))
@@ -111,7 +117,8 @@ def candidate_acceleration(tree: SearchTree, i: int, k: int, problem: SearchProb
         square_speed += squared(tree.velocity[i, axis] + h * u[axis])
     if square_speed > squared(problem.max_speed):
         # The velocity after the step keeps its direction and gets the maximum speed.
-        scale, size = problem.max_speed / np.sqrt(square_speed), 0.0
+        scale = problem.max_speed / np.sqrt(square_speed)
+        size = 0.0
         for axis in range(3):
             u[axis] = (tree.velocity[i, axis] * (scale - 1.0) + h * u[axis] * scale) / h
         for axis in range(d):
@@ -128,22 +135,29 @@ def node_encounters(
 
     The segments are those of `relative_rows`; limits (2, 5) are two balls: acceleration, and velocity after the step.
     """
-    d, h, t = problem.dimension, problem.step, tree.time[i]
-    drift, gain, middle = np.empty((1, 4, d)), np.zeros((1, 4)), np.empty(3)
+    d = problem.dimension
+    h = problem.step
+    t = tree.time[i]
+    drift = np.empty((1, 4, d))
+    gain = np.zeros((1, 4))
+    middle = np.empty(3)
     limits = np.zeros((2, 5))
     speed = 0.0
     for axis in range(d):
-        p, v = tree.position[i, axis], tree.velocity[i, axis]
+        p = tree.position[i, axis]
+        v = tree.velocity[i, axis]
         middle[axis] = p + 0.5 * h * v
         speed += v * v
         limits[1, 1 + axis] = -v / h
         for c in range(4):
             drift[0, c, axis] = p + c * h / 3.0 * v
     speed = np.sqrt(speed)
-    gain[0, 2], gain[0, 3] = h * h / 6.0, 0.5 * h * h
+    gain[0, 2] = h * h / 6.0
+    gain[0, 3] = 0.5 * h * h
     limits[:, 0] = -1.0
     end_speed = allowed_speed(problem.max_speed, speed, problem.max_acceleration, h)
-    limits[0, 4], limits[1, 4] = problem.max_acceleration, end_speed / h
+    limits[0, 4] = problem.max_acceleration
+    limits[1, 4] = end_speed / h
     radius = 0.5 * h * speed + 0.5 * h * h * problem.max_acceleration + problem.margin
     n = rows_near(index, t, h, middle, radius, problem.now, scratch.rows)
     motion = PositionMap(np.array([0.0, h]), drift, gain, 1)
@@ -164,13 +178,17 @@ def expand(
 
     heap: costs [s] and numbers of open nodes.
     """
-    h, t, d = problem.step, tree.time[i], problem.dimension
+    h = problem.step
+    t = tree.time[i]
+    d = problem.dimension
     latest = min(problem.deadline, tree.time[tree.counts[BEST]] if tree.counts[BEST] >= 0 else np.inf)
     if t + h > latest:
         return
     table, hulls, limits = node_encounters(tree, i, index, problem, scratch)
     workspace = new_workspace(len(table.radius), hulls)
-    u, p, v = np.zeros(3), np.zeros(3), np.zeros(3)
+    u = np.zeros(3)
+    p = np.zeros(3)
+    v = np.zeros(3)
     scratch.work[0] += WORK_NODE + WORK_ROW * len(table.radius)
     for k in range(len(problem.directions) + FIRST_DIRECTION):
         if not candidate_acceleration(tree, i, k, problem, u):
@@ -242,7 +260,9 @@ def sequence_is_clear(
     """
     scratch = new_scratch(index)
     for k in range(len(positions)):
-        p, v, duration = positions[k], velocities[k], times[k + 1] - times[k]
+        p = positions[k]
+        v = velocities[k]
+        duration = times[k + 1] - times[k]
         if not motion_is_clear(index, problem, times[k], p, v, accelerations[k], duration, scratch):
             return False
     return True

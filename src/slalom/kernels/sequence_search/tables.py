@@ -4,11 +4,17 @@ from typing import NamedTuple
 
 from slalom.kernels.arrays import Array, Indices, MaybeHulls
 
-OPEN, CLOSED, ARRIVED = 0, 1, 2
+OPEN = 0
+CLOSED = 1
+ARRIVED = 2
 """Status of a node: not expanded, expanded, at the goal."""
-NODES, BEST = 0, 1
+NODES = 0
+BEST = 1
 """Positions in `SearchTree.counts`: the number of nodes, and the node that arrives first (-1: none)."""
-COAST, BRAKE, TO_GOAL, FIRST_DIRECTION = 0, 1, 2, 3
+COAST = 0
+BRAKE = 1
+TO_GOAL = 2
+FIRST_DIRECTION = 3
 """Numbers of the candidate accelerations of a node; those from FIRST_DIRECTION on are `SearchProblem.directions`."""
 
 

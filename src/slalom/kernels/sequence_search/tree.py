@@ -74,7 +74,10 @@ def add_node(
 ) -> int:
     """Number of a new node after `parent`, at `time` [s] with `cost` [s]; see `SearchTree` for the arrays (3,)."""
     i = tree.counts[NODES]
-    tree.time[i], tree.parent[i], tree.cost[i], tree.status[i] = time, parent, cost, status
+    tree.time[i] = time
+    tree.parent[i] = parent
+    tree.cost[i] = cost
+    tree.status[i] = status
     for axis in range(3):
         tree.position[i, axis] = position[axis]
         tree.velocity[i, axis] = velocity[axis]
@@ -91,7 +94,8 @@ def is_new(tree: SearchTree, problem: SearchProblem, time: float, position: Arra
     then the tree lacks a node.
     """
     key = np.int64(np.round(TIME_CELLS_PER_STEP * (time - tree.time[0]) / problem.step))
-    length, speed = problem.max_speed * problem.step / CELLS_PER_STEP, problem.max_speed / CELLS_PER_MAX_SPEED
+    length = problem.max_speed * problem.step / CELLS_PER_STEP
+    speed = problem.max_speed / CELLS_PER_MAX_SPEED
     for axis in range(problem.dimension):
         key = key * np.int64(1000003) + np.int64(np.round((position[axis] - problem.goal[axis]) / length))
         key = key * np.int64(1000003) + np.int64(np.round(velocity[axis] / speed))
@@ -130,14 +134,16 @@ def rows_near(
 
     Their numbers go into `rows` (n,). Bodies that appear after `now` [s] are not known.
     """
-    last, count = len(index.first) - 2, 0
+    last = len(index.first) - 2
+    count = 0
     k0 = max(0, int(np.floor((t - index.start) / index.width)))
     k1 = min(last, int(np.floor((t + duration - index.start) / index.width)))
     for k in range(k0, k1 + 1):
         for j in range(index.first[k], index.first[k + 1]):
             s = index.row[j]
             # The same differences as in `relative_rows`: no piece may vanish by rounding in between.
-            begin, end = max(index.times[s, 0] - t, 0.0), min(index.times[s, 1] - t, duration)
+            begin = max(index.times[s, 0] - t, 0.0)
+            end = min(index.times[s, 1] - t, duration)
             if not begin < end or index.appears[s] > now:
                 continue
             # A piece that overlaps several intervals is taken from the first.
@@ -161,20 +167,26 @@ def relative_rows(
 
     The radii include the margin [m].
     """
-    n, d = len(rows), index.points.shape[2]
+    n = len(rows)
+    d = index.points.shape[2]
     turning = len(index.turns) > 0
-    times, points = np.empty((n, 2)), np.empty((n, 4, d))
-    radius, growth, turns = np.empty(n), np.empty(n), np.empty((n if turning else 0, 4, 2))
+    times = np.empty((n, 2))
+    points = np.empty((n, 4, d))
+    radius = np.empty(n)
+    growth = np.empty(n)
+    turns = np.empty((n if turning else 0, 4, 2))
     bounding_radius = np.empty(n)
     for i in range(n):
         s = rows[i]
-        times[i, 0], times[i, 1] = index.times[s, 0] - t, index.times[s, 1] - t
+        times[i, 0] = index.times[s, 0] - t
+        times[i, 1] = index.times[s, 1] - t
         for c in range(4):
             for axis in range(d):
                 points[i, c, axis] = index.points[s, c, axis]
             if turning:
                 turns[i, c, 0], turns[i, c, 1] = index.turns[s, c, 0], index.turns[s, c, 1]
-        radius[i], growth[i] = index.radius[s] + margin, index.growth[s]
+        radius[i] = index.radius[s] + margin
+        growth[i] = index.growth[s]
     cut = relative_segments(
         Pieces(times, points, radius, growth, turns, np.zeros(n, np.int64)), motion, motion.knots[1]
     )

@@ -515,7 +515,11 @@ class Sampled:
     def position(self, t: npt.ArrayLike) -> Array:
         points, _, s = self._local(t)
         s = s[..., None]
-        r, p0, p1, p2, p3 = 1 - s, points[..., 0, :], points[..., 1, :], points[..., 2, :], points[..., 3, :]
+        r = 1 - s
+        p0 = points[..., 0, :]
+        p1 = points[..., 1, :]
+        p2 = points[..., 2, :]
+        p3 = points[..., 3, :]
         return np.asarray(r * r * r * p0 + 3 * s * r * r * p1 + 3 * s * s * r * p2 + s * s * s * p3)
 
     def velocity(self, t: npt.ArrayLike) -> Array:

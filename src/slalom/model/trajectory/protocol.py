@@ -146,7 +146,9 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
     moving = np.any(np.linalg.norm(velocities, axis=2) > REST, axis=1)
     if not np.any(moving):
         return Path(times, np.zeros((len(moving), 4, 2)), np.zeros(len(moving)))
-    a, b, v = times[:-1][moving], times[1:][moving], _without_rest_at_ends(velocities[moving])
+    a = times[:-1][moving]
+    b = times[1:][moving]
+    v = _without_rest_at_ends(velocities[moving])
     accepted = []
     while len(a):
         pieces, error = _hermite_directions(v)
@@ -155,13 +157,20 @@ def direction_pieces(times: Array, velocities: Array, tolerance: float) -> Path:
         pieces[too_short], error[too_short] = 0.0, 1.0
         done |= too_short
         accepted.append((a[done], b[done], pieces[done], error[done]))
-        a, b, v = a[~done], b[~done], v[~done]
+        a = a[~done]
+        b = b[~done]
+        v = v[~done]
         left, right = _halves(v)
         middle = 0.5 * (a + b)
-        a, b, v = np.concatenate([a, middle]), np.concatenate([middle, b]), np.concatenate([left, right])
+        a = np.concatenate([a, middle])
+        b = np.concatenate([middle, b])
+        v = np.concatenate([left, right])
     a, b, pieces, error = (np.concatenate(part) for part in zip(*accepted))
     order = np.argsort(a)
-    a, b, pieces, error = a[order], b[order], pieces[order], error[order]
+    a = a[order]
+    b = b[order]
+    pieces = pieces[order]
+    error = error[order]
     if np.all(moving):
         return Path(np.append(a, b[-1]), pieces, error)
     a = np.concatenate([a, times[:-1][~moving]])
@@ -237,7 +246,9 @@ def _product(p: Array, q: Array, multiply: Callable[[Array, Array], Array]) -> A
 
 def _halves(v: Array) -> tuple[Array, Array]:
     """Control points (n, m + 1, 2) of both halves of polynomials (n, m + 1, 2) (de Casteljau)."""
-    left, right, rest = np.empty_like(v), np.empty_like(v), v
+    left = np.empty_like(v)
+    right = np.empty_like(v)
+    rest = v
     for i in range(v.shape[1]):
         left[:, i], right[:, v.shape[1] - 1 - i] = rest[:, 0], rest[:, -1]
         rest = 0.5 * (rest[:, :-1] + rest[:, 1:])

@@ -354,7 +354,9 @@ def _commitment(spec: CommitmentSpec) -> Commitment:
 
 
 def _path(spec: PathSpec, dimension: int) -> CubicPath:
-    times, points, error = np.array(spec.times), np.array(spec.points), np.array(spec.error)
+    times = np.array(spec.times)
+    points = np.array(spec.points)
+    error = np.array(spec.error)
     n = len(times) - 1
     if points.shape != (n, 4, dimension) or error.shape != (n,) or np.any(np.diff(times) <= 0.0):
         raise InvalidInput(

@@ -397,7 +397,9 @@ def robots_of(
         spec: the model of `content`, the group at `place`. number: of its first robot in the fleet, for robots
             without a name. mistakes: gets those of patterns and overrides.
     """
-    count, layout, pattern = spec.count, spec.positions.build(), spec.goals.build()
+    count = spec.count
+    layout = spec.positions.build()
+    pattern = spec.goals.build()
     positions = mistakes.attempt((*place, "positions"), lambda: vectors(layout.points(count, "positions"), "positions"))
     if positions is None:
         return []

@@ -184,7 +184,9 @@ def messages(path: Path, root: Node | None, content: Any, model: type[Model]) ->
 
 def _message(path: Path, root: Node | None, content: Any, model: type[Model], mistake: dict[str, Any]) -> str:
     """Return one line for one mistake, as pydantic describes it."""
-    kind, found, place = mistake["type"], mistake.get("input"), tuple(mistake["loc"])
+    kind = mistake["type"]
+    found = mistake.get("input")
+    place = tuple(mistake["loc"])
     if kind == "extra_forbidden":
         allowed = keys_at(model, content, place[:-1])
         hint = did_you_mean(str(place[-1]), allowed)

@@ -86,7 +86,9 @@ def crossing_streams(p: Mapping[str, float], rng: np.random.Generator) -> Scenar
     if not 0.0 < p["angle"] <= 180.0:
         raise InvalidInput(f"angle: expected more than 0 and at most 180 degrees, found {p['angle']:g}")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
-    angle, lane_width, spacing = np.radians(p["angle"]), 2.0 * shape.radius + 0.4, 2.0 * shape.radius + 1.2
+    angle = np.radians(p["angle"])
+    lane_width = 2.0 * shape.radius + 0.4
+    spacing = 2.0 * shape.radius + 1.2
     first_distance = 4.0 + 0.5 * lane_width * lanes / np.tan(0.5 * angle)
     k, stream = np.arange(count) // 2, np.arange(count) % 2
     distances = first_distance + spacing * (k // lanes) + rng.uniform(0.0, 0.8, count)
@@ -235,7 +237,9 @@ def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scen
     """
     count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
-    width, edge, period = positive(p["width"], "width"), shape.radius + 0.02, (length, np.inf)
+    width = positive(p["width"], "width")
+    edge = shape.radius + 0.02
+    period = (length, np.inf)
     starts = random_positions(count, (0.0, edge), (length, width - edge), 2.0 * shape.radius + 0.12, rng, period=period)
     directions = np.array([(1.0, 0.0), (-1.0, 0.0)])[np.arange(count) % 2]
     robots = robots_without_arrival(starts, directions, shape, limits, 100.0)
@@ -252,12 +256,16 @@ def doorway(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
     With `both`, half of the robots start in each room.
     """
-    count, room, door = whole(p["robots"], "robots", 1), positive(p["room"], "room"), p["door"]
+    count = whole(p["robots"], "robots", 1)
+    room = positive(p["room"], "room")
+    door = p["door"]
     shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
     min_distance = 2.0 * shape.radius + 0.2
     if not min_distance <= door < room:
         raise InvalidInput(f"door: expected {min_distance:g} m to {room:g} m; found {door:g} m")
-    edge, y, door_edge = shape.radius + 0.1, 0.5 * room + WALL, 0.5 * door + WALL
+    edge = shape.radius + 0.1
+    y = 0.5 * room + WALL
+    door_edge = 0.5 * door + WALL
     # No robot starts or stops in front of the doorway.
     low, high = np.array([edge - room, edge - 0.5 * room]), np.array([-door - shape.radius, 0.5 * room - edge])
     left_positions = random_positions(count, low, high, min_distance, rng)

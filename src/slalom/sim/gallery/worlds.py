@@ -43,7 +43,9 @@ def curved_road(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     The paper's example of a false prediction by a velocity obstacle. The fast car on the middle lane would collide with
     the robot if it drove straight on. It follows its lane and never collides.
     """
-    inner, middle, outer = p["radius"], p["radius"] + 4.0, p["radius"] + 8.0
+    inner = p["radius"]
+    middle = p["radius"] + 4.0
+    outer = p["radius"] + 8.0
     speed = p["speed"]
     lanes = ((middle, 1.3 * speed, -0.22), (middle, 0.9 * speed, 0.7), (inner, speed, 0.1))
     cars = tuple(
@@ -97,7 +99,9 @@ def merging(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     cars = lanes_of_cars(p, rng)
     lane = [car.trajectory for car in cars if isinstance(car.trajectory, Circular) and car.trajectory.radius == 20.0]
     phases = np.sort([path.phase % (2.0 * np.pi) for path in lane])
-    gaps, lane_speed, rate = np.diff(phases, append=phases[0] + 2.0 * np.pi), lane[0].speed, lane[0].rate
+    gaps = np.diff(phases, append=phases[0] + 2.0 * np.pi)
+    lane_speed = lane[0].speed
+    rate = lane[0].rate
     wide_gaps = np.flatnonzero(20.0 * gaps >= p["gap"])
     if not wide_gaps.size:
         raise InvalidInput(f"gap: expected at most {20.0 * gaps.max():g} m, the widest gap, found {p['gap']:g} m")
@@ -136,7 +140,9 @@ def drones_crossing(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
 
 def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Build a robot in a corridor with a doorway, among people that walk through it in both directions."""
-    half, door, half_length = 2.0, 0.5 * p["door"], 14.0
+    half = 2.0
+    door = 0.5 * p["door"]
+    half_length = 14.0
     walls = Union(
         (
             Polyline([(-half_length, half), (half_length, half)], 0.05),
@@ -167,7 +173,8 @@ def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     The sensor of the robot has a range of 8 m and does not reach around corners. People walk at 0.6 to 1 times `speed`.
     They reach that end about when the robot does, and then turn to either side.
     """
-    half, far, speed = 0.5 * positive(p["width"], "width"), 14.0, positive(p["speed"], "speed")
+    half, far = 0.5 * positive(p["width"], "width"), 14.0
+    speed = positive(p["speed"], "speed")
     corners = {
         "left wall": [(-far, half), (-half, half), (-half, far), (-far, far)],
         "right wall": [(half, half), (far, half), (far, far), (half, far)],
@@ -266,7 +273,9 @@ def start_positions(count: int, case: int) -> Array:
         candidate = 4.0 * np.array([np.cos(angle * 2.0 * np.pi), np.sin(angle * 2.0 * np.pi)]) + (x - 0.5, y - 0.5)
         failures += 1
         if np.linalg.norm(occupied - candidate, axis=1).min() >= 2.0 * RADIUS + 0.2:
-            starts, occupied, failures = np.vstack([starts, candidate]), np.vstack([occupied, candidate, -candidate]), 0
+            starts = np.vstack([starts, candidate])
+            occupied = np.vstack([occupied, candidate, -candidate])
+            failures = 0
     return starts
 
 

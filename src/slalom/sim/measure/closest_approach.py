@@ -155,7 +155,9 @@ def _closest_discs(recording: Recording, robot: int, others: Indices, balls: Bal
         images = neighbours(recording.period, max_step)
         shift = (to_nearest(p, recording.period) + images[:, None]).reshape(-1, p.shape[1])
         p, end, v, a = (np.tile(x, (len(images), 1)) for x in (p, end, v, a))
-        p, end, index = p + shift, end + shift, np.tile(index, len(images))
+        p = p + shift
+        end = end + shift
+        index = np.tile(index, len(images))
     best = np.full(len(others), np.inf)
     for x in (p, end):
         np.minimum.at(best, index, np.linalg.norm(x, axis=1) - radii[index])
@@ -285,7 +287,12 @@ def _closest_parts(
     points, gaps = sampled(times[samples])
     best = nearer(times[samples], gaps)
     start, end = np.searchsorted(samples, near), np.searchsorted(samples, near + 1)
-    a, b, p, q, g, h = times[near], times[near + 1], points[start], points[end], gaps[start], gaps[end]
+    a = times[near]
+    b = times[near + 1]
+    p = points[start]
+    q = points[end]
+    g = gaps[start]
+    h = gaps[end]
     for _ in range(60):
         deviation = _deviation_by_rotation(obstacle, pair, a, b) + curvature * (b - a) ** 2
         # The distance changes at most as fast as the corners move: few intervals need the hull of both ends.
@@ -383,7 +390,9 @@ def nearest_clearances(recording: Recording) -> Array:
 def _part_balls(recording: Recording, balls: Balls) -> PartBalls:
     """The balls of the parts of all obstacles in the blocks of `balls`."""
     times, counts = recording.times, [len(obstacle.shape.parts) for obstacle in recording.obstacles]
-    begin, middle, end = times[balls.first], times[balls.middle], times[balls.last]
+    begin = times[balls.first]
+    middle = times[balls.middle]
+    end = times[balls.last]
     p, b = sum(counts), len(begin)
     numbers = np.repeat(np.arange(len(counts)), counts)
     of_shape = np.concatenate([np.arange(count) for count in counts])

@@ -94,7 +94,9 @@ class RunLog:
 
     def end(self, positions: Array, velocities: Array, arrived: Array) -> None:
         """Store the final positions (N, d) [m], velocities (N, d) [m/s] and arrival times (N,) [s]."""
-        self.positions, self.velocities, self.arrived = positions, velocities, arrived
+        self.positions = positions
+        self.velocities = velocities
+        self.arrived = arrived
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -389,7 +391,9 @@ class Recording:
         attributes, robots = run.attributes, listed(run, "robots")
         times = array(numbers(run.datasets, "times"), "times")
         poses = numbers(run.datasets, "poses")
-        steps, n, d = times.size - 1, len(robots), poses.shape[-1] - 1 if poses.ndim else 0
+        steps = times.size - 1
+        n = len(robots)
+        d = poses.shape[-1] - 1 if poses.ndim else 0
         if d not in (2, 3) or steps < 0:
             raise InvalidInput(f"poses: expected an array (steps, robots, 3 or 4), found shape {poses.shape}")
 

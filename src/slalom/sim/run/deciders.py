@@ -50,7 +50,9 @@ class SingleRobotDecider:
 
     def __init__(self, scenario: Scenario, method: Method) -> None:
         method = scenario.robot.method or method
-        self.scenario, self.method, self.states = scenario, method, RobotStates(scenario)
+        self.scenario = scenario
+        self.method = method
+        self.states = RobotStates(scenario)
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)
         self._observer = Observer(scenario.sight, scenario.obstacles) if scenario.sight else None
@@ -63,7 +65,9 @@ class SingleRobotDecider:
         pass
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
-        before, state, goal = perf_counter(), self.states.state(0), self.scenario.robot.goal
+        before = perf_counter()
+        state = self.states.state(0)
+        goal = self.scenario.robot.goal
         if self._observer is not None:
             obstacles: Obstacles = self._observer.look(state, self.scenario.obstacles, now, goal.position(now))
         else:

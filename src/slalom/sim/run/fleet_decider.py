@@ -117,9 +117,13 @@ class FleetDecider:
             fleet.begin(k, robot.state, start)
 
     def sense(self, now: float) -> None:
-        before, states, table = perf_counter(), self.states, self.fleet.table
+        before = perf_counter()
+        states = self.states
+        table = self.fleet.table
         each = table.each
-        each["position"], each["velocity"], each["acceleration"] = states.position, states.velocity, states.acceleration
+        each["position"] = states.position
+        each["velocity"] = states.velocity
+        each["acceleration"] = states.acceleration
         each["present"] = states.present
         if self.messages is not None:
             if not self._sent:
@@ -132,7 +136,9 @@ class FleetDecider:
     def guide(self, now: float) -> None:
         self.guidance.update(now, self.period)
         guide, each = self.guidance.guide, self.fleet.table.each
-        each["target"], each["tolerance"], each["stop"] = guide.target, guide.tolerance, guide.stop
+        each["target"] = guide.target
+        each["tolerance"] = guide.tolerance
+        each["stop"] = guide.stop
         for policy in self.fleet.policies if self._paths else ():
             own = {k: path for k, path in self._paths.items() if k in policy.rows}
             self.fleet.follow(own, self.fleet.window(policy, self.fleet.obstacles, now))
@@ -140,7 +146,9 @@ class FleetDecider:
         each["moving"] = each["final"] & self._goal_moves
 
     def decide(self, order: Sequence[int], now: float) -> Decisions:
-        before, outcomes, fleet = perf_counter(), dict[int, Outcome](), self.fleet
+        before = perf_counter()
+        outcomes = dict[int, Outcome]()
+        fleet = self.fleet
         for policy, due in fleet.by_policy(np.array(order, dtype=np.int64)):
             bodies = self._no_obstacles
             if bodies is None:

@@ -149,7 +149,9 @@ class Run:
 
     def steps(self) -> Iterator[float]:
         """Make one step after the other; yield the share of the duration that has passed after each."""
-        decider, log, rows = self.decider, self.log, self._rows
+        decider = self.decider
+        log = self.log
+        rows = self._rows
         scenario, states = log.scenario, decider.states
         dt, n = scenario.dt, len(rows)
         count = round(scenario.duration / dt)
@@ -177,7 +179,9 @@ class Run:
 
     def _note_end(self) -> None:
         """Note the states after the steps made so far."""
-        states, rows, d = self.decider.states, self._rows, self.log.scenario.dimension
+        states = self.decider.states
+        rows = self._rows
+        d = self.log.scenario.dimension
         self.log.end(states.position[rows, :d], states.velocity[rows, :d], states.arrived[rows])
 
 
@@ -220,7 +224,9 @@ def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int |
 
 def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices, d: int) -> Step:
     """The notes of one step, robot k from row rows[k]."""
-    states, (controls, responses), order = decider.states, decider.committed(), rows.tolist()
+    states = decider.states
+    (controls, responses) = decider.committed()
+    order = rows.tolist()
     return Step(
         positions=states.position[rows, :d],
         velocities=states.velocity[rows, :d],

@@ -44,7 +44,9 @@ class RobotStates:
 
     def __init__(self, scenario: Scenario, *, arrivals_are_final: bool = False) -> None:
         robots, n = scenario.robots, len(scenario.robots)
-        self.scenario, self.robots, self.dimension = scenario, robots, scenario.dimension
+        self.scenario = scenario
+        self.robots = robots
+        self.dimension = scenario.dimension
         self.arrivals_are_final = arrivals_are_final
         self.position = _in_space(np.array([robot.state.position for robot in robots]))
         self.velocity = _in_space(np.array([robot.state.velocity for robot in robots]))
@@ -85,12 +87,16 @@ class RobotStates:
 
     def _reached(self, k: int, now: float) -> bool:
         """Whether robot k has reached its goal at `now` [s] or, a goal to pass, during the step before."""
-        goal, d, step = self.robots[k].goal, self.dimension, self._step
+        goal = self.robots[k].goal
+        d = self.dimension
+        step = self._step
         if goal.reached(self.position[k, :d], self.velocity[k, :d], now):
             return True
         if step is None or goal.stop:
             return False
-        p, v, a = step.position[k, :d], step.velocity[k, :d], step.acceleration[k, :d]
+        p = step.position[k, :d]
+        v = step.velocity[k, :d]
+        a = step.acceleration[k, :d]
         return bool(goal.reached_during(p, v, a, now - step.duration, step.duration))
 
     @property

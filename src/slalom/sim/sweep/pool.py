@@ -77,7 +77,9 @@ def map_surviving_kills(
     killed again, the item is a `Failure`. All remaining items fail after KILLS kills in succession without a finished
     item.
     """
-    left, kills, barren = dict(items), Counter[str](), 0
+    left = dict(items)
+    kills = Counter[str]()
+    barren = 0
     with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         while left:
             # A new folder for each attempt: a process that is about to end may still write a mark.

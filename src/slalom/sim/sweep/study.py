@@ -471,7 +471,9 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     mistakes += _unknown(path, root, ("methods",), spec.methods)
     for k, name in enumerate(spec.metrics):
         if name not in METRICS:
-            at, expected, hint = ("metrics", k), ", ".join(METRICS), did_you_mean(name, list(METRICS))
+            at = ("metrics", k)
+            expected = ", ".join(METRICS)
+            hint = did_you_mean(name, list(METRICS))
             mistakes.append(f"{where(path, root, at)}: {dotted(at)}expected one of {expected}; found {name!r}{hint}")
     for k, one in enumerate(spec.scenarios):
         mistakes += _unknown(path, root, ("scenarios", k, "methods"), one.methods or ())
