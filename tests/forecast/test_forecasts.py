@@ -35,7 +35,8 @@ from slalom import (
     Trajectory,
 )
 from slalom.base.tolerances import REST
-from slalom.forecast.forecast import OBSERVING, STRAIGHT_TURN_RATE as STRAIGHT, predicted
+from slalom.forecast.forecast import OBSERVING, STRAIGHT_TURN_RATE as STRAIGHT
+from slalom.obstacle.predicted import predicted
 from slalom.peers import contender
 
 LATER = np.linspace(0.0, 30.0, 301)

@@ -19,8 +19,8 @@ from slalom import (
     Stationary,
     method,
 )
-from slalom.forecast.forecast import predicted
 from slalom.forecast.from_models import MODEL_LEAD
+from slalom.obstacle.predicted import predicted
 
 STEP = 0.1
 STAMPS = np.arange(0.0, 12.0, STEP)

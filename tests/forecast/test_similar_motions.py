@@ -8,7 +8,6 @@ import pytest
 from slalom import Disc, FromModels, InvalidInput, Obstacle, ObstacleWindow, Sampled, Stationary, kernels
 from slalom.base.checks import Array
 from slalom.base.tolerances import SIMILAR_VELOCITY_SPAN
-from slalom.forecast.forecast import futures
 from slalom.kernels.arrays import TrackSamples
 from slalom.kernels.crowd.similar_motions import (
     SIMILAR_CANDIDATES,
@@ -18,6 +17,7 @@ from slalom.kernels.crowd.similar_motions import (
     SIMILAR_VELOCITY,
 )
 from slalom.model.trajectory import Trajectory
+from slalom.obstacle.predicted import futures
 
 STEP = 0.1
 each_dimension = pytest.mark.parametrize("d", [2, 3])

@@ -38,9 +38,10 @@ from slalom import (
     control_obstacle,
     select,
 )
-from slalom.forecast.forecast import AtConstantVelocity, predicted
+from slalom.forecast.forecast import AtConstantVelocity
 from slalom.model.trajectory.protocol import direction_path
 from slalom.model.uncertainty import chi_quantile
+from slalom.obstacle.predicted import predicted
 
 MOVING = [name for name in TRAJECTORIES if name not in ("stationary", "function", "moved")]
 TIMES = np.linspace(0.0, 6.0, 4001)

@@ -13,7 +13,6 @@ from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
 from slalom.decision.methods import Method, margin_among
 from slalom.decision.navigator import Navigator
-from slalom.forecast.forecast import predicted
 from slalom.lookahead.navigator import SequenceDecision
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
@@ -25,6 +24,7 @@ from slalom.model.state import State
 from slalom.model.trajectory import ConstantAcceleration, Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import displaced, to_nearest
+from slalom.obstacle.predicted import predicted
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.deciders import SingleRobotDecider

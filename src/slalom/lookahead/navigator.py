@@ -14,7 +14,7 @@ from slalom.decision import Decision
 from slalom.decision.decision import DecisionInputs, Outcome, completed, made, state_to_decide_from
 from slalom.decision.futures import Level, least_given_up, levels, time_of
 from slalom.decision.navigator import Navigator, goal_or_place
-from slalom.forecast.forecast import EXACT, Known, futures
+from slalom.forecast.forecast import EXACT, Known
 from slalom.forecast.from_models import FromModels
 from slalom.kernels.arrays import Flags
 from slalom.lookahead.search import NODE_TIME_SLACK, PredictedObstacles, Search, Work, new_search, run_searches, step_of
@@ -25,6 +25,7 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.model.uncertainty import Scaled
 from slalom.obstacle import Obstacle
+from slalom.obstacle.predicted import futures
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
 

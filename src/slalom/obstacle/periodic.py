@@ -16,12 +16,13 @@ import numpy.typing as npt
 from slalom.base.checks import Array, listing, number, or_infinite
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import INTERPOLATION
-from slalom.forecast.forecast import Forecast, predicted
+from slalom.forecast.forecast import Forecast
 from slalom.kernels.arrays import Indices
 from slalom.model.path import Path
 from slalom.model.trajectory import Stationary, Trajectory
 from slalom.model.trajectory.protocol import moving_direction
 from slalom.obstacle.obstacle import Obstacle
+from slalom.obstacle.predicted import predicted
 
 IMAGES: Final = 1e-9
 """[1] Images of a periodic world are also listed up to this many periods outside the box that is searched.

@@ -12,12 +12,13 @@ from slalom import kernels
 from slalom.base.checks import Array, array, duration, has, number
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, OVERLAP
-from slalom.forecast.forecast import EXACT, Forecast, futures
+from slalom.forecast.forecast import EXACT, Forecast
 from slalom.kernels.arrays import Flags, Indices, Records, Snapshot, joined_records, zero_records
 from slalom.kernels.decision.tables import ObstacleAtHorizon
 from slalom.model.shape import Shape
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, Reach, TimedBodies, merged, no_bodies, pieces_of_each
+from slalom.obstacle.predicted import futures
 from slalom.obstacle.table import ObstacleTable, at_horizon, one_dimension, represented, same_dimension
 from slalom.obstacle.tracks import Tracks
 
