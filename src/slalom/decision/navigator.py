@@ -22,6 +22,7 @@ The path of one decision, stage by stage:
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from math import hypot
 from typing import Final
 
 import numpy as np
@@ -247,7 +248,9 @@ class Navigator(Settings):
         until = np.inf if previous is None else previous.manoeuvre.settled_time(self.period, self.horizon)
         table = policy.robots(others, path, until, now)
         robots, own = table
-        if previous is not None:
+        target = request.target
+        # Only a robot that is slow at its target may rest there.
+        if previous is not None and target.stop and hypot(*state.velocity) <= 2.0 * target.tolerance:
             # As it was planned: its path has been moved by errors of measured velocities.
             planned = previous.manoeuvre.velocity(now), previous.manoeuvre.acceleration(now)
             own.resting[0] = max(np.abs(planned[0]).max(), np.abs(planned[1]).max()) <= REST
