@@ -357,11 +357,9 @@ def keep_committed(
 
 
 @inlined
-def free_cost(i: int, r: int, tables: DecisionTables, scratch: Scratch) -> float:
-    """Cost [s] of the admissible control of response r nearest to the preferred one, without obstacles."""
-    preferred = np.zeros(3)
+def free_cost(i: int, r: int, preferred: Array, tables: DecisionTables, scratch: Scratch) -> float:
+    """Cost [s] of the admissible control of response r nearest to the `preferred` one (3,), without obstacles."""
     u = np.zeros(3)
-    preferred_control(i, r, 0.0, tables, scratch, preferred)
     limits = admissible_set(i, r, tables.robots, tables.responses, tables.bounds)
     if not nearest_admissible(preferred, limits, u)[0]:
         return np.inf
@@ -378,7 +376,8 @@ def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: 
     d = settings.dimension
     r = tables.responses.kinds[robot.kind] + k
     state = np.empty((3, 3))
-    now = free_cost(i, r, tables, scratch)
+    now = free_cost(i, r, search.preferred[k], tables, scratch)
+    preferred = np.zeros(3)
     copy_into(state[0], robot.position)
     copy_into(state[1], robot.velocity)
     copy_into(state[2], robot.acceleration)
@@ -394,7 +393,8 @@ def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: 
     acceleration_on_path(robots.committed, i, settings.now + until, scratch.velocity)
     for axis in range(d):
         robot.acceleration[axis] = scratch.velocity[axis]
-    then = free_cost(i, r, tables, scratch)
+    preferred_control(i, r, 0.0, tables, scratch, preferred)
+    then = free_cost(i, r, preferred, tables, scratch)
     copy_into(robot.position[:], state[0])
     copy_into(robot.velocity[:], state[1])
     copy_into(robot.acceleration[:], state[2])
