@@ -9,8 +9,7 @@ from fleets import OneByOne
 from slalom import METHODS, Disc, Goal, Limits, State, Stationary
 from slalom.decision.methods import margin_among
 from slalom.sim import Robot, Scenario, gallery, simulate
-from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
-from slalom.sim.run.states import RobotStates
+from slalom.sim.run.fleet_decider import FleetDecider
 
 SHARED = METHODS["nao_shared"]
 FLEETS = {
@@ -32,18 +31,16 @@ def fleet(name: str, duration: float) -> Scenario:
 def test_no_robot_that_can_be_met_is_left_out(name: str) -> None:
     """Decisions with the broad phase of a fleet are those of navigators, each of which gets all robots."""
     scenario, found = fleet(name, 1.5), set()
-    states = RobotStates(scenario)
-    together, alone = FleetDecider(SHARED, GuidedRun(states)), OneByOne(scenario, SHARED, states)
-    order = range(len(scenario.robots))
+    together = FleetDecider(scenario, SHARED)
+    alone = OneByOne(scenario, SHARED, together.states)
+    order = list(range(len(scenario.robots)))
     for step in range(15):
         now = step * scenario.dt
-        together.sense(now)
-        together.guide(now)
-        expected = alone.decide(order, now)
-        outcomes, _ = together.decide(order, now)
+        expected = alone.decide(order[step:] + order[:step], now)
+        outcomes, _ = together.decide(now)
         assert outcomes == expected, step
         np.testing.assert_allclose(together.committed()[0], alone.controls, atol=1e-7)
-        states.integrate(together.accelerations(now, scenario.dt), scenario.dt)
+        together.states.integrate(together.accelerations(now, scenario.dt), scenario.dt)
         found.update(outcomes.values())
     assert {"CLEAR", "CONSTRAINED"} <= found
 

@@ -32,8 +32,7 @@ from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import METRIC, between_robots, closest_approaches, single_robot_view
 from slalom.sim.measure.metrics import COLLISION
-from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
-from slalom.sim.run.states import RobotStates
+from slalom.sim.run.fleet_decider import FleetDecider
 
 SHARED = METHODS["nao_shared"]
 
@@ -166,20 +165,18 @@ def test_a_fleet_decides_as_the_navigator_of_each_robot():
             # The navigators take the others for obstacles.
             method = method if method.shared else replace(method, forecast=method.robot_forecast)
             scenario = five_robots(seed) if method.shared else replace(five_robots(seed), obstacles=())
-            guidance = GuidedRun(RobotStates(scenario))
-            fleet, each = FleetDecider(method, guidance), OneByOne(scenario, method, guidance.states)
+            fleet = FleetDecider(scenario, method)
+            each = OneByOne(scenario, method, fleet.states)
             for step in range(8):
                 now = step * scenario.dt
-                fleet.sense(now)
-                fleet.guide(now)
-                expected = each.decide(range(5), now)
-                outcomes, _ = fleet.decide(range(5), now)
+                expected = each.decide([(k + step) % 5 for k in range(5)], now)
+                outcomes, _ = fleet.decide(now)
                 assert outcomes == expected, (seed, name, step)
                 apart = np.abs(fleet.committed()[0] - each.controls).max(axis=1)
                 # The goal of robot 3 moves on a curve, whose pieces begin at other times in the two tables.
                 assert apart[[0, 1, 2, 4]].max() <= 1e-7, (seed, name, step)
                 assert apart[3] <= 1e-4, (seed, name, step)
-                guidance.states.integrate(fleet.accelerations(now, scenario.dt), scenario.dt)
+                fleet.states.integrate(fleet.accelerations(now, scenario.dt), scenario.dt)
                 found.update(outcomes.values())
     assert min(found["CLEAR"], found["CONSTRAINED"], found["KEPT"]) > 20, found
 

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from draws import draws
+from fleets import guidance_in
 
 from slalom import METHODS, Disc, Fleet, Goal, Limits, Obstacle, Polyline, State, Stationary
 from slalom.kernels.guidance.grid_astar import (
@@ -24,8 +25,8 @@ from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
-from slalom.sim.run.fleet_decider import GuidedRun
-from slalom.sim.run.states import RobotStates
+from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.states import integrate
 
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]
 
@@ -151,7 +152,7 @@ class TestPaths:
 class TestTrafficCircles:
     def test_robots_of_a_circle_pass_its_middle_on_the_same_side(self):
         scenario = build("circle", {"robots": 12, "noise": 0.0})
-        guidance = GuidedRun(RobotStates(scenario))
+        guidance = guidance_in(scenario)
         guide = guidance.guide
         guide.velocity[:] = -2.0 * guide.position / 20.0
         update_targets(np.arange(len(guide.radius)), guide)
@@ -168,25 +169,24 @@ class TestTrafficCircles:
     def test_without_guidance_targets_are_the_goals(self):
         """At every step of a run in which guided robots go around each other; 0.0 and 1.0 are what `--set` gives."""
         for guided, straight in ((0.0, True), (1.0, False)):
-            guidance = GuidedRun(RobotStates(build("circle", {"robots": 4, "guided": guided})))
+            decider = FleetDecider(build("circle", {"robots": 4, "guided": guided}), METHODS["nao"])
+            goals = np.array([robot.goal.position(0.0) for robot in decider.scenario.robots])
             found = []
             for step in range(60):
-                guidance.update(0.1 * step, 0.1)
-                guide = guidance.guide
-                found.append(np.array_equal(guide.target, guide.goal) and bool(guide.stop.all()))
-                away = guide.target - guide.position
-                guide.velocity[:] = 2.0 * away / np.linalg.norm(away, axis=1, keepdims=True)
-                guidance.states.integrate(np.zeros((4, 3)), 0.1)
+                decider.decide(0.1 * step)
+                each = decider.fleet.table.each
+                found.append(np.array_equal(each["target"][:, :2], goals) and bool(each["stop"].all()))
+                decider.states.integrate(decider.accelerations(0.1 * step, 0.1), 0.1)
             assert all(found) == straight
 
     def test_without_encounters_targets_are_the_goals(self):
-        guidance = GuidedRun(RobotStates(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)])))
+        guidance = guidance_in(fleet([(0.0, 0.0), (0.0, 5.0)], [(9.0, 0.0), (9.0, 5.0)]))
         guidance.guide.velocity[:, 0] = 1.5
         update_targets(np.arange(2), guidance.guide)
         assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
     def test_a_traffic_circle_beside_the_way_is_not_entered(self):
-        guide = GuidedRun(RobotStates(fleet([(0.0, 0.0)], [(9.0, 0.0)]))).guide
+        guide = guidance_in(fleet([(0.0, 0.0)], [(9.0, 0.0)])).guide
         position = np.zeros(3)
         assert tangent_target(0, guide, np.array([5.0, 0.0, 1.0, 2.0]), position)
         assert position[1] < 0.0
@@ -203,7 +203,7 @@ class TestTrafficCircles:
 
     def test_robots_that_have_arrived_keep_no_circle(self):
         """They drift at their goals beside the way of the robot, by rounding towards the centre of its circle."""
-        guide = GuidedRun(RobotStates(fleet([(0.0, 0.0), (2.5, 1.5)], [(9.0, 0.0), (2.5, 1.5)]))).guide
+        guide = guidance_in(fleet([(0.0, 0.0), (2.5, 1.5)], [(9.0, 0.0), (2.5, 1.5)])).guide
         guide.velocity[1, 1] = -1e-9
         for arrived in (False, True):
             guide.arrived[1] = arrived
@@ -220,7 +220,7 @@ class TestTrafficCircles:
         goals = np.array([(9.0, 0.0), (-9.0, 0.0), *-far])
         found = []
         for count in (2, len(positions)):
-            guide = GuidedRun(RobotStates(fleet(positions[:count], goals[:count]))).guide
+            guide = guidance_in(fleet(positions[:count], goals[:count])).guide
             guide.velocity[:, :2] = 0.012 * (goals - positions)[:count]
             guide.velocity[:2, 0] = (1.5, -1.5)
             for _ in range(3):
@@ -242,7 +242,7 @@ class TestPriorityInheritance:
 
     def test_the_robot_that_has_waited_longest_goes_first(self):
         robots = fleet([(0.0, 0.0), (0.9, 0.0), (1.8, 0.0)], [(9.0, 0.0), (-9.0, 0.0), (1.8, 0.0)])
-        guidance = GuidedRun(RobotStates(robots))
+        guidance = guidance_in(robots)
         guide = guidance.guide
         guide.waiting_time[:] = (5.0, 3.0, 0.0)
         guidance.update(0.0, 0.1)
@@ -253,7 +253,7 @@ class TestPriorityInheritance:
 
     @pytest.mark.parametrize("waited", [0.9 * REQUEST_BESIDE_AFTER, REQUEST_BESIDE_AFTER])
     def test_after_a_long_wait_robots_beside_it_yield_too(self, waited):
-        guidance = GuidedRun(RobotStates(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)])))
+        guidance = guidance_in(fleet([(0.0, 0.0), (0.0, 0.85)], [(9.0, 0.0), (0.0, 9.0)]))
         guide = guidance.guide
         guide.waiting_time[0] = waited
         guidance.update(0.0, 0.1)
@@ -278,10 +278,11 @@ def test_the_number_of_threads_changes_no_target():
     scenario = build("random_goals", {"robots": 600, "side": 80}, seed=2)
     found = []
     for threads in (1, 2, 3):
-        guidance = GuidedRun(RobotStates(scenario), threads)
+        guidance = guidance_in(scenario, threads)
         for step in range(3):
             guidance.update(0.1 * step, 0.1)
-            guidance.states.integrate(np.random.default_rng(step).uniform(-1.0, 1.0, (600, 3)), 0.1)
+            guide, push = guidance.guide, np.random.default_rng(step).uniform(-1.0, 1.0, (600, 3))
+            guide.position[:], guide.velocity[:] = integrate(guide.position, guide.velocity, push, 0.1)
         found.append(guidance.guide.target.copy())
     np.testing.assert_array_equal(found[1], found[0])
     np.testing.assert_array_equal(found[2], found[0])

@@ -15,7 +15,7 @@ from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.measure.metrics import summary
-from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.states import RobotStates, Sensing, sensing_of
 
@@ -137,25 +137,23 @@ def test_the_decision_right_goes_around_with_the_messages():
     """The messages alone determine when a robot may decide."""
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
     plain = replace(scenario, robots=tuple(replace(r, shape=Union((r.shape,))) for r in scenario.robots))
-    fleets = [FleetDecider(SHARED, GuidedRun(RobotStates(s)), 7) for s in (scenario, plain)]
+    fleets = [FleetDecider(s, SHARED, 7) for s in (scenario, plain)]
     for step in range(60):
         waits = []
         for fleet in fleets:
-            fleet.sense(0.1 * step)
-            outcomes, _ = fleet.decide([0, 1, 2, 3], 0.1 * step)
+            outcomes, _ = fleet.decide(0.1 * step)
             waits.append([outcomes[k] == "WAITING" for k in range(4)])
         assert waits[0] == waits[1]
-    assert all(np.any(list(fleet.messages.handovers)) for fleet in fleets)
+    assert all(np.any(list(fleet.fleet.information.handovers)) for fleet in fleets)
 
 
 def test_what_was_said_is_forgotten_once_all_have_heard_more():
     scenario = crowd(4, 3.0, 1, message_delay=0.6, message_loss=0.2)
-    fleet = FleetDecider(SHARED, GuidedRun(RobotStates(scenario)), 7)
+    fleet = FleetDecider(scenario, SHARED, 7)
     for step in range(200):
-        fleet.sense(0.1 * step)
-        fleet.decide([0, 1, 2, 3], 0.1 * step)
-    assert len(fleet._sent) < 30
-    assert len(fleet.messages._positions) < 30
+        fleet.decide(0.1 * step)
+    assert len(fleet.fleet.information._sent) < 30
+    assert len(fleet.fleet.information._positions) < 30
 
 
 def test_messages_and_sensing_exist_only_where_needed():

@@ -33,7 +33,7 @@ from slalom import (
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ADMISSIBLE
 from slalom.decision.settings import FleetSettings
-from slalom.sim import Scenario, gallery, simulate
+from slalom.sim import Robot, Scenario, gallery, simulate
 from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.run.states import integrate
 
@@ -80,6 +80,31 @@ def test_a_loop_of_the_caller_is_the_run_of_the_simulator(name: str, place: str,
         decided = fleet.step(float(run.times[k]), positions, velocities, targets, tolerances=tolerance)
         assert [outcome.name for outcome in decided.outcomes] == list(run.outcomes[k])
         positions, velocities = integrate(positions, velocities, decided.accelerations, scenario.dt)
+
+
+@pytest.mark.parametrize("guided", [False, True])
+def test_goals_may_move_and_be_paths(guided: bool) -> None:
+    """In a loop of the caller as in the simulator, to the bit; goals that are made anew each time lead as well."""
+    limits = Limits(2.0, 2.0)
+    goals = (
+        Goal(ConstantVelocity((6.0, 0.0), (0.3, 0.1)), 0.3),
+        PathGoal([(5.0, 5.0), (0.0, -1.0), (-5.0, -5.0)]),
+        Goal(Stationary((0.5, 6.0)), 0.2),
+    )
+    starts = ((-5.0, 0.0), (5.0, 5.0), (0.0, -6.0))
+    robots = tuple(
+        Robot(Disc(0.4), limits, State(start, (0.0, 0.0)), goal, str(k))
+        for k, (start, goal) in enumerate(zip(starts, goals))
+    )
+    scenario = Scenario("goals", robots, duration=4.0, guided=float(guided))
+    run = simulate(scenario, "nao")
+    for anew in (False, True):
+        fleet, positions, velocities = fleet_of(scenario, METHODS["nao"]), np.array(starts), np.zeros((3, 2))
+        for k in range(len(run.accelerations)):
+            given = [copy.copy(goal) if anew and k % 7 == 3 else goal for goal in goals]
+            found = fleet.step(k * scenario.dt, positions, velocities, goals=given)
+            positions, velocities = integrate(positions, velocities, found.accelerations, scenario.dt)
+            np.testing.assert_allclose(positions, run.positions[k + 1], atol=1e-6 if anew else 0.0)
 
 
 @pytest.mark.parametrize("name", ["nao", "nao_shared"])

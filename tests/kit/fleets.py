@@ -8,25 +8,22 @@ import pytest
 
 from slalom import METHODS, ConstantAcceleration, Decision, Fleet, Method, Obstacle, ObstacleTable, Outcome, Trajectory
 from slalom.decision.methods import margin_among
+from slalom.fleet.guidance import Guidance
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import NO_OBJECTIVES, DecisionTables
 from slalom.model.manoeuvre import first_manoeuvre
 from slalom.sim import Scenario, gallery
-from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.states import RobotStates
 
 
-class Watched(FleetDecider):
-    """A decider of a fleet that keeps the arguments of its last decision."""
+class Watched(Fleet):
+    """A fleet that keeps the arguments of its last decision."""
 
-    def _turns(self, policy, due, now):
-        for some, settings in super()._turns(policy, due, now):
-            fleet = self.fleet
-            bodies = fleet.grown_bodies(fleet.window(policy, fleet.obstacles, 0.0))[0]
-            parts = fleet.responses, fleet._bounds, fleet.targets, settings, NO_OBJECTIVES
-            tables = DecisionTables(fleet.table, bodies, *parts)
-            self.last = some, tables
-            yield some, settings
+    def _decide(self, order, settings, bodies, obstacles):
+        parts = self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
+        self.last = order, DecisionTables(self.table, bodies[0], *parts)
+        return super()._decide(order, settings, bodies, obstacles)
 
 
 class OneByOne:
@@ -90,16 +87,34 @@ FLEETS = [
 def last_decision(name: str, scenario: str, settings: dict[str, float]) -> tuple[Indices, DecisionTables]:
     """The robots and the tables of the eighth decision of a fleet."""
     built = gallery.build(scenario, settings, seed=5)
-    guidance = GuidedRun(RobotStates(built))
-    fleet = Watched(METHODS[name].among_robots(), guidance, threads=1)
+    decider = FleetDecider(built, METHODS[name].among_robots(), threads=1)
+    decider.fleet.__class__ = Watched
     for step in range(8):
         now = step * built.dt
-        fleet.sense(now)
-        fleet.guide(now)
-        fleet.decide(range(len(built.robots)), now)
+        decider.decide(now)
         if step < 7:
-            guidance.states.integrate(fleet.accelerations(now, built.dt), built.dt)
-    return fleet.last
+            decider.states.integrate(decider.accelerations(now, built.dt), built.dt)
+    return decider.fleet.last
+
+
+def guidance_in(scenario: Scenario, threads: int = 1) -> Guidance:
+    """The guidance of the robots of a scenario at their starts, with their goals."""
+    robots, n, d = scenario.robots, len(scenario.robots), scenario.dimension
+    guidance = Guidance(
+        np.array([robot.shape.bounding_radius for robot in robots]),
+        np.array([robot.limits.max_speed for robot in robots]),
+        scenario.margin,
+        scenario.obstacles,
+        world_period=scenario.period,
+        threads=threads,
+    )
+    guide, goals = guidance.guide, np.zeros((n, 3))
+    goals[:, :d] = [robot.goal.position(scenario.start) for robot in robots]
+    guide.position[:, :d] = [robot.state.position for robot in robots]
+    guide.velocity[:, :d] = [robot.state.velocity for robot in robots]
+    tolerances = np.array([robot.goal.tolerance for robot in robots])
+    guidance.head_for(goals, tolerances, np.array([robot.goal.stop for robot in robots]), np.ones(n, np.bool_))
+    return guidance
 
 
 def fleet_of(scenario: Scenario, method: Method) -> Fleet:

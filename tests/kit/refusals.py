@@ -603,7 +603,7 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         lambda _: replace(ROBOT, name="robot", limits=NEVER_STOPS, goal=TO_STOP),
     ),
     (
-        "Fleet._head_for",
+        "Destinations.set",
         r"^stop: expected False for robot 1 with LeastSpeed\(least=1\.0, .*, by which it never stops; found True",
         lambda _: fleet_step(Fleet(NAO, DISC, [LIMITS, NEVER_STOPS])),
     ),

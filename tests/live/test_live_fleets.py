@@ -65,7 +65,7 @@ def test_targets_are_those_of_a_run_in_which_a_robot_passed_its_goal_within_a_st
     run = Run(Scenario("passing", robots, dt=0.2, duration=4.0), method("nao"))
     targets, known, shifted = Targets(run.log.scenario), [], 0
     for _ in run.steps():
-        known.append(run.decider.guidance.guide.target[:, :2].copy())
+        known.append(run.decider.fleet.table.each["target"][:, :2].copy())
     assert run.log.arrived[0] == pytest.approx(1.2)
     for k, expected in enumerate(known):
         for robot in np.flatnonzero(run.log.arrived > 0.2 * k).tolist():

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from draws import draws
+from fleets import guidance_in
 
 from slalom import (
     METHODS,
@@ -27,8 +28,6 @@ from slalom.obstacle.periodic import between, displaced, images_near, neighbours
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate
 from slalom.sim.measure.closest_approach import METRIC, between_robots, closest_approaches, single_robot_view
 from slalom.sim.measure.metrics import COLLISION, _clearances_at_steps, flips_between, side_flips
-from slalom.sim.run.fleet_decider import GuidedRun
-from slalom.sim.run.states import RobotStates
 
 PERIOD = (24.0, np.inf)
 LIMITS = Limits(1.0, 1.0)
@@ -320,7 +319,7 @@ def test_no_collision_in_the_experiments_of_navground(name, method, duration):
 def heads(first: float, period=PERIOD) -> np.ndarray:
     """Where robots head for that come towards each other along x, the first from `first` to the right."""
     robots = (robot(0, (first, 0.0), (first + 100.0, 0.0), (1.0, 0.0)), robot(1, (5.0, 0.0), (-95.0, 0.0), (-1.0, 0.0)))
-    guidance = GuidedRun(RobotStates(Scenario("towards", robots, period=period)))
+    guidance = guidance_in(Scenario("towards", robots, period=period))
     guidance.update(0.0, 0.1)
     return guidance.guide.target[:, :2] - guidance.guide.position[:, :2]
 
@@ -336,7 +335,7 @@ def test_robots_that_come_towards_each_other_pass_on_the_right_across_the_seam()
 
 def test_those_that_cross_head_straight_on():
     robots = (robot(0, (0.0, 0.0), (100.0, 0.0), (1.0, 0.0)), robot(1, (3.0, -3.0), (3.0, 97.0), (0.0, 1.0)))
-    guidance = GuidedRun(RobotStates(Scenario("crossing", robots, period=PERIOD)))
+    guidance = guidance_in(Scenario("crossing", robots, period=PERIOD))
     guidance.update(0.0, 0.1)
     assert np.array_equal(guidance.guide.target, guidance.guide.goal)
 
@@ -345,7 +344,7 @@ def test_what_rests_is_there_in_every_image():
     """A wall in the middle of a period blocks the way aside in all images of its place."""
     wall = Obstacle(Rectangle(2.0, 2.0), Stationary((12.0, 0.0)), "wall")
     robots = tuple(robot(k, (4.0 + k, 4.0), (400.0, 4.0)) for k in range(2))
-    guidance = GuidedRun(RobotStates(Scenario("walled", robots, (wall,), period=PERIOD)))
+    guidance = guidance_in(Scenario("walled", robots, (wall,), period=PERIOD))
     guidance.update(0.0, 0.1)
     for by in (-48.0, -24.0, 0.0, 24.0, 480.0):
         for x, y, free in ((12.0, 0.0, False), (12.0, 2.5, True), (9.5, 0.0, True), (13.0, 0.5, False)):

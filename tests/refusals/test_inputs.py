@@ -956,7 +956,7 @@ CASES = [
         lambda _: slalom.Fleet(METHODS["nao"], [Disc(1), Disc(1)], LIMITS, robots=3),
     ),
     Case(
-        "CommittedFleet.__init__",
+        "Fleet.__init__",
         InvalidInput,
         r"shapes: expected those of robots and obstacles in one dimension, found \[2, 3\]",
         lambda _: slalom.Fleet(METHODS["nao"], [Disc(1), Ball(1)], LIMITS),
@@ -968,7 +968,7 @@ CASES = [
         lambda _: pair(worlds=[0, 1], guided=True),
     ),
     Case(
-        "Fleet._head_for",
+        "Destinations.set",
         InvalidInput,
         r"targets: expected those of a guided fleet, found desired_velocities",
         lambda _: pair(guided=True).step(0.0, PLACES, PLACES, desired_velocities=PLACES),
@@ -1037,7 +1037,7 @@ CASES = [
         lambda _: pair().step(0.0, PLACES, PLACES, PLACES, present=[True] * 3),
     ),
     Case(
-        "Fleet._head_for",
+        "Destinations.set",
         InvalidInput,
         r"paths: expected 2, found 1",
         lambda _: pair().step(0.0, PLACES, PLACES, paths=[ROUTE]),
@@ -1066,9 +1066,9 @@ CASES = [
         lambda _: look_ahead().decide(FLAT, [], ROUTE),
     ),
     Case(
-        "Fleet._head_for",
+        "Destinations.set",
         InvalidInput,
-        r"targets: expected one of targets, desired_velocities, paths, found none",
+        r"targets: expected one of targets, desired_velocities, paths, goals, found none",
         lambda _: pair().step(0.0, PLACES, PLACES),
     ),
     Case(
@@ -1078,7 +1078,7 @@ CASES = [
         lambda _: pair().step(0.0, PLACES, np.zeros((2, 3)), PLACES),
     ),
     Case(
-        "CommittedFleet._refuse_short_horizon",
+        "Fleet._refuse_short_horizon",
         InvalidInput,
         r"horizon: expected at least 10 s, the longest manoeuvre of 'circle 0', found 6 s",
         lambda _: simulate(
@@ -1160,13 +1160,13 @@ CASES = [
     Case("known", InvalidInput, r"foresight: .*; found 'guessed'", lambda _: slalom.method("nao@guessed")),
     Case("known", InvalidInput, r"method: .*; found 'none'", lambda _: slalom.method("none@observed")),
     Case(
-        "contender_named",
+        "_named",
         InvalidInput,
         r"method: expected hl alone, which observes the present only; found 'hl@observed'",
         lambda _: contender("hl@observed"),
     ),
     Case(
-        "contender_named",
+        "_named",
         InvalidInput,
         r"method: expected nao alone, whose settings are of the scenario; found 'nao:horizon=3'",
         lambda _: slalom.method("nao:horizon=3"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
@@ -19,7 +19,6 @@ from slalom.base.checks import (
     array_of,
     each_number,
     flags,
-    has,
     known,
     listing,
     not_before,
@@ -28,7 +27,7 @@ from slalom.base.checks import (
     whole_numbers,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import PATH_BRAKING, REST_DURATION
+from slalom.base.tolerances import REST_DURATION
 from slalom.decision import Outcome
 from slalom.decision.decision import Approaches
 from slalom.decision.methods import Method, margin_among
@@ -46,25 +45,24 @@ from slalom.decision.tables import (
     states_on_paths,
     stop_observed,
     stopping_deceleration,
-    target_paths,
 )
-from slalom.fleet.guidance import Guidance, guidance_of
+from slalom.fleet.destinations import Destinations
+from slalom.fleet.guidance import guidance_of
 from slalom.fleet.images import Images
-from slalom.fleet.observation import observers_of
+from slalom.fleet.observation import Information, observers_of
 from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
 from slalom.fleet.settings import Policy, members_of
 from slalom.forecast.linear import piecewise_polynomial
 from slalom.kernels.arrays import Flags, Indices
 from slalom.kernels.decision.tables import (
     ARRIVE,
-    FOLLOW_VELOCITY,
     NO_OBJECTIVES,
     DecisionSettings,
     DecisionTables,
     GrownBodies,
     RobotTable,
 )
-from slalom.model.goal import Goal, least_speed, refuse_stop
+from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre, first_manoeuvre
 from slalom.model.path_goal import PathGoal
@@ -78,10 +76,6 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, fitting, in_world
 from slalom.perception.sight import Sight
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Robots with committed manoeuvres, their predictions of each other, and the decisions that change the manoeuvres.
-
-
 DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 60.0))
 """[rad] Directions of detours of robots that meet each other, from the direction to the target; first to the right.
 
@@ -90,15 +84,70 @@ with a wall at its right stops.
 """
 
 
-class CommittedFleet:
-    """Robots that decide by methods of one robot each. `fleet.Fleet` has the loop of a caller, the simulator its own.
+class FleetDecision(NamedTuple):
+    """Commands for n robots until their next decision; rows of robots that are not present are 0.
 
-    Attributes:
-        members: settings of each robot. navigator: of the first robot, with the settings that all have in common.
-        policies: the robots of each method.
-        table: the robots, see `kernels.decision.tables.RobotTable`. responses: of all kinds of robots, as tables.
-        progress: [m] of each robot along its path; None where it follows none.
-        skeletons: kinds of shapes. targets: motion of targets that move.
+    Apply one of the three: accelerations, constant over the period; or the velocities or positions to be reached at its
+    end, for robots that are controlled by these.
+    """
+
+    accelerations: Array  # (n, d) [m/s^2]
+    velocities: Array  # (n, d) [m/s]
+    positions: Array  # (n, d) [m]
+    outcomes: tuple[Outcome | None, ...]  # n, None for a robot that is not present
+    stalled: Array  # (n,) [s] since each robot last came nearer to its target, see `Decision.stalled`
+    stuck: Flags  # (n,) whether that is at least `stuck_after`: it needs another target
+
+    @property
+    def safe(self) -> Flags:
+        """Whether each robot stays collision-free up to the horizon as long as the forecasts hold: (n,).
+
+        True for a robot that is not present.
+        """
+        return np.array([outcome is None or outcome.safe for outcome in self.outcomes], dtype=np.bool_)
+
+
+class Fleet:
+    """Robots that decide together, each from its information about the others.
+
+    With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. With other
+    methods each predicts the others from their present states. In a fleet of several methods a robot receives the
+    manoeuvre of another only if both have the method `nao_shared`. The result depends neither on threads nor on the
+    hash seed. A fleet can be pickled and copied; the copy goes on equal to the bit.
+
+    Args:
+        method: a row of the table of methods. shapes, limits, margin, priority: see below.
+            Each is one for all robots, or a sequence with one for each.
+        robots: their number n, where no sequence is given. names: for messages and manoeuvres; None: numbers.
+        obstacles: passive obstacles with their true trajectories, in every world; the method's forecast determines what
+            is used.
+        margin: [m] to keep from obstacles. Between robots that only observe each other it is larger, by twice
+            a (period + delay)^2 and three times the noise. The first is the largest error of a prediction when both
+            accelerate by a at most.
+        priority: above 0. Of two robots that share the avoidance, robot i does the part s q / (s q + (1 - s) p). Here s
+            is the share of its method, p its priority and q that of the other. With published manoeuvres robots decide
+            by falling priority, so that one avoids those before it.
+        worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
+        world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
+            Robots meet all images of robots and obstacles. Positions are not wrapped.
+        settings: period, horizon, holds, patience, detours and stuck_after, see `Settings`.
+        observation_delay: [s] largest age of the observed states of the others. observation_noise: [m] standard
+            deviation of that. Both enter the margin.
+        sight: what each robot sees of obstacles and, unless it shares its manoeuvres, of other robots; obstacles at
+            rest are a known map. None: everything.
+        threads: None: one for each core.
+        guided: whether each robot heads for a place that guidance chooses on the way to its target. Guided robots go
+            around obstacles at rest, pass on traffic circles, and move aside on request, also from their targets.
+            Guidance has no part in safety: it is for robots that would block each other. In the plane, in one world;
+            for targets only. None: as in the simulator, where that is possible. Several robots in the plane in one
+            world are guided at each step with targets, and all others are not.
+
+    Raises:
+        InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions;
+            equal names; a period above the horizon; with shared manoeuvres, a horizon shorter than one of them;
+            priorities where a method does not share the avoidance, or with a ratio above PRIORITY_RATIO; a period of
+            the world below the width of a robot; a sight in space, in several worlds, in a world that repeats, or with
+            a hidden speed; guidance in space or in several worlds.
     """
 
     def __init__(
@@ -140,20 +189,20 @@ class CommittedFleet:
         self.table, self.texts = self._tables(delay, not_negative(noise, "observation_noise"))
         self._bounds = bounds_of(self.members.limits, [State(np.zeros(self.dimension), np.zeros(self.dimension))] * n)
         self._turning = any(each.bounds for each in self.members.limits)
-        self.targets, _ = target_paths([], 0.0, 1.0)
         # The response of each robot whose manoeuvre is not in the tables.
         self.other_texts, self._steps = [""] * n, 0
         self._last = -np.inf
         self._known = np.zeros(n, np.bool_)
         self.headings: Array | None = None
-        self.progress: list[float | None] = [None] * n
-        self._approaches, self._paths = Approaches(n, self.dimension), tuple[PathGoal, ...]()
+        self._approaches = Approaches(n, self.dimension)
+        self._fastest = np.array([limits.max_speed for limits in self.members.limits])
         given = self.obstacles.given
         self.images = None if world_period is None else Images(self.members, self.horizon, world_period)
         self.observers = [] if sight is None else observers_of(sight, self.members, given, world_period)
         world_period = None if self.images is None else self.images.period
         self.guidance = guidance_of(guided, self.members, given, world_period, self.threads)
-        self._targets_only = bool(guided)
+        self.destinations = Destinations(self.members, self.period, self.horizon, self.guidance, bool(guided))
+        self.targets, self.information = self.destinations.motion, Information()
 
     def __repr__(self) -> str:
         methods = ", ".join(policy.method.name for policy in self.policies)
@@ -226,31 +275,7 @@ class CommittedFleet:
                 f"horizon: expected at least {end:g} s, the longest manoeuvre of {name!r}, found {self.horizon:g} s"
             )
 
-    def follow(self, paths: Mapping[int, PathGoal], window: ObstacleWindow) -> None:
-        """Give the robots with paths, by row, the targets and maximum speeds of their next step on them."""
-        each, d = self.table.each, self.dimension
-        for k, path in paths.items():
-            limits, shape = self.members.limits[k], self.members.shapes[k]
-            step = path.step(
-                each["position"][k, :d],
-                self.progress[k],
-                limits.max_speed,
-                PATH_BRAKING * limits.braking,
-                self.period,
-                shape.bounding_radius,
-                partial(window.covered, robot=shape, margin=float(self.members.margins[k])),
-            )
-            self.progress[k], each["max_speed"][k] = step.progress, step.max_speed
-            each["final"][k] = step.final
-            each["target"][k, :d] = step.goal.position(0.0)
-            each["tolerance"][k], each["stop"][k] = step.goal.tolerance, step.goal.stop
-
-    def settings(self, policy: Policy, now: float, period: float | None = None) -> DecisionSettings:
-        """The settings of the decisions of a policy at `now` [s], until the next ones after `period` [s]."""
-        next_after = self.period if period is None else period
-        return policy.settings(now, next_after, self.table)
-
-    def by_policy(self, order: Indices) -> Iterator[tuple[Policy, Indices]]:
+    def _by_policy(self, order: Indices) -> Iterator[tuple[Policy, Indices]]:
         """The robots in `order` that decide by each policy.
 
         Those that decide one after the other do so by falling priority.
@@ -262,23 +287,19 @@ class CommittedFleet:
             if len(some):
                 yield policy, some
 
-    def observe(self, policy: Policy, now: float, states: Array | None = None, times: Array | None = None) -> None:
-        """Predict all robots as the robots of a policy do, see `Policy.observe`."""
-        policy.observe(self.table, self.dimension, now, states, times)
-
-    def window(self, policy: Policy, obstacles: Obstacles, now: float) -> ObstacleWindow:
+    def _window(self, policy: Policy, obstacles: Obstacles, now: float) -> ObstacleWindow:
         """The obstacles as the robots of a policy predict them; in a periodic world, for the cell about the origin."""
         forecast = policy.method.forecast
         if self.images is not None:
             return self.images.window(self.table, obstacles, forecast, now)
         return ObstacleWindow.predicted(obstacles, forecast, now, self.horizon)
 
-    def grown_bodies(self, window: ObstacleWindow) -> list[GrownBodies]:
+    def _grown_bodies(self, window: ObstacleWindow) -> list[GrownBodies]:
         """Passive obstacles on predicted trajectories and the robots, grown by each kind of skeleton."""
         kinds, detours = range(len(self.skeletons.shapes)), bool(self.navigator.detours)
         return [self.skeletons.grown_bodies(k, window, detours=detours) for k in kinds]
 
-    def decide(
+    def _decide(
         self, order: Indices, settings: DecisionSettings, bodies: list[GrownBodies], obstacles: Obstacles
     ) -> dict[int, Outcome]:
         """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes by row.
@@ -294,7 +315,7 @@ class CommittedFleet:
         found = self.table.each["outcome"].tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
 
-    def decide_by_sight(
+    def _decide_by_sight(
         self, policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles
     ) -> dict[int, Outcome]:
         """The outcomes of robots (rows), each of which decides among the obstacles and the robots that it sees.
@@ -318,8 +339,8 @@ class CommittedFleet:
             if not policy.method.shared:
                 each["present"] = False
                 each["present"][others], each["present"][k] = observer.robots_seen, True
-            bodies = self.grown_bodies(self.window(policy, seen, now))
-            outcomes |= self.decide(some[some == k], settings, bodies, seen)
+            bodies = self._grown_bodies(self._window(policy, seen, now))
+            outcomes |= self._decide(some[some == k], settings, bodies, seen)
             each["present"] = present
             if not settings.shared:
                 # The next robot may not see the obstacles at which the others were predicted to stop.
@@ -356,11 +377,11 @@ class CommittedFleet:
             own = bodies[self.table.each["skeleton"][some[0]]]
             parts = self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
             tables = DecisionTables(self.table, own, *parts)
-            fall_back = partial(self.fall_back, obstacles=obstacles, now=settings.now)
+            fall_back = partial(self._fall_back, obstacles=obstacles, now=settings.now)
             fallen |= decide_all(some, tables, fall_back, self.threads)
         return fallen
 
-    def fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
+    def _fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
         table, each = self.table, self.table.each
         d = self.dimension
@@ -392,11 +413,11 @@ class CommittedFleet:
             margin=float(each["margin_among"][k]),
         )
         decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
-        self.commit(k, decision.manoeuvre, now)
+        self._commit(k, decision.manoeuvre, now)
         each["outcome"][k] = FALL_BACK
         return decision.outcome
 
-    def commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
+    def _commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
         """Commit the robot in row k to a manoeuvre that is not in the tables."""
         table, d = self.table, self.dimension
         path = manoeuvre.path(now, now + self.span)
@@ -410,9 +431,9 @@ class CommittedFleet:
         table.each["resting"][k] = False
         table.each["control"][k, :d] = manoeuvre.control
 
-    def begin(self, k: int, state: State, now: float) -> None:
+    def _begin(self, k: int, state: State, now: float) -> None:
         """Commit the robot in row k to its first manoeuvre."""
-        self.commit(k, first_manoeuvre(state, self.members.limits[k], self.period, now), now)
+        self._commit(k, first_manoeuvre(state, self.members.limits[k], self.period, now), now)
         # A shared manoeuvre commits a robot from the start; an observed robot is free to change its first one.
         if not self.members.methods[k].shared:
             self.table.each["settled"][k] = np.inf
@@ -425,77 +446,6 @@ class CommittedFleet:
     def planned(self, t: float) -> tuple[Array, Array]:
         """Velocities (n, 3) [m/s] and positions (n, 3) [m] at time t [s] on the committed paths."""
         return states_on_paths(self.table.committed, t)
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Robots that decide together in a loop that belongs to the caller: arrays in, arrays out.
-
-
-class FleetDecision(NamedTuple):
-    """Commands for n robots until their next decision; rows of robots that are not present are 0.
-
-    Apply one of the three: accelerations, constant over the period; or the velocities or positions to be reached at its
-    end, for robots that are controlled by these.
-    """
-
-    accelerations: Array  # (n, d) [m/s^2]
-    velocities: Array  # (n, d) [m/s]
-    positions: Array  # (n, d) [m]
-    outcomes: tuple[Outcome | None, ...]  # n, None for a robot that is not present
-    stalled: Array  # (n,) [s] since each robot last came nearer to its target, see `Decision.stalled`
-    stuck: Flags  # (n,) whether that is at least `stuck_after`: it needs another target
-
-    @property
-    def safe(self) -> Flags:
-        """Whether each robot stays collision-free up to the horizon as long as the forecasts hold: (n,).
-
-        True for a robot that is not present.
-        """
-        return np.array([outcome is None or outcome.safe for outcome in self.outcomes], dtype=np.bool_)
-
-
-class Fleet(CommittedFleet):
-    """Robots that decide together, each from its information about the others.
-
-    With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. With other
-    methods each predicts the others from their present states. In a fleet of several methods a robot receives the
-    manoeuvre of another only if both have the method `nao_shared`. The result depends neither on threads nor on the
-    hash seed. A fleet can be pickled and copied; the copy goes on equal to the bit.
-
-    Args:
-        method: a row of the table of methods. shapes, limits, margin, priority: see below.
-            Each is one for all robots, or a sequence with one for each.
-        robots: their number n, where no sequence is given. names: for messages and manoeuvres; None: numbers.
-        obstacles: passive obstacles with their true trajectories, in every world; the method's forecast determines what
-            is used.
-        margin: [m] to keep from obstacles. Between robots that only observe each other it is larger, by twice
-            a (period + delay)^2 and three times the noise. The first is the largest error of a prediction when both
-            accelerate by a at most.
-        priority: above 0. Of two robots that share the avoidance, robot i does the part s q / (s q + (1 - s) p). Here s
-            is the share of its method, p its priority and q that of the other. With published manoeuvres robots decide
-            by falling priority, so that one avoids those before it.
-        worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
-        world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
-            Robots meet all images of robots and obstacles. Positions are not wrapped.
-        settings: period, horizon, holds, patience, detours and stuck_after, see `Settings`.
-        observation_delay: [s] largest age of the observed states of the others. observation_noise: [m] standard
-            deviation of that. Both enter the margin.
-        sight: what each robot sees of obstacles and, unless it shares its manoeuvres, of other robots; obstacles at
-            rest are a known map. None: everything.
-        threads: None: one for each core.
-        guided: whether each robot heads for a place that guidance chooses on the way to its target. Guided robots go
-            around obstacles at rest, pass on traffic circles, and move aside on request, also from their targets.
-            Guidance has no part in safety: it is for robots that would block each other. In the plane, in one world;
-            for targets only. None: as in the simulator, where that is possible. Several robots in the plane in one
-            world are guided at each step with targets, and all others are not.
-
-    Raises:
-        InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions;
-            equal names; a period above the horizon; with shared manoeuvres, a horizon shorter than one of them;
-            priorities where a method does not share the avoidance, or with a ratio above PRIORITY_RATIO; a period of
-            the world below the width of a robot; a sight in space, in several worlds, in a world that repeats, or with
-            a hidden speed; guidance in space or in several worlds.
-    """
 
     def __copy__(self) -> Fleet:
         return deepcopy(self)  # a step changes the tables in place
@@ -512,6 +462,7 @@ class Fleet(CommittedFleet):
         tolerances: npt.ArrayLike = 0.2,
         stop: npt.ArrayLike = True,
         paths: Sequence[PathGoal] | None = None,
+        goals: Sequence[Goal] | None = None,
         present: npt.ArrayLike | None = None,
         headings: npt.ArrayLike | None = None,
         others: Obstacles = (),
@@ -523,7 +474,8 @@ class Fleet(CommittedFleet):
             targets: (n, d) [m], positions to be at.
             desired_velocities: (n, d) [m/s], velocities to have, in place of targets.
             paths: n paths to follow, in place of targets. Tolerances and stops are theirs.
-            accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision.
+            goals: n goals in place of targets, of which some may move and some be paths. Guidance leads there, too.
+            accelerations: (n, d) [m/s^2] applied up to now; None: those of the last decision, 0 for robots that join.
             tolerances: (n,) or one number [m], see `Goal`. stop: (n,) or one, whether to stop at the target.
             present: (n,) whether a robot is in the scene; None: all. A robot joins at its first step in the scene.
             headings: (n,) [rad] of the bodies, for bounds in their frames and the field of view; None: along the
@@ -532,8 +484,9 @@ class Fleet(CommittedFleet):
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, a tolerance of 0, not one of targets,
-                desired velocities and paths, a time before that of the last step, headings in space; no targets for a
-                fleet with `guided=True`; a target or a path to stop at for a robot with the bound LeastSpeed.
+                desired velocities, paths and goals, a time before that of the last step, headings in space; no targets
+                or goals for a fleet with `guided=True`; a target, goal or path to stop at for a robot with the bound
+                LeastSpeed.
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")
@@ -542,6 +495,8 @@ class Fleet(CommittedFleet):
         there = np.ones(n, np.bool_) if present is None else flags(present, "present", n)
         each["position"][:, :d] = array_of(positions, "positions", (n, d))
         each["velocity"][:, :d] = array_of(velocities, "velocities", (n, d))
+        joined = there & ~self._known
+        each["acceleration"][joined] = 0.0
         if accelerations is not None:
             each["acceleration"][:, :d] = array_of(accelerations, "accelerations", (n, d))
         each["tolerance"], each["stop"] = each_number(tolerances, "tolerances", n), flags(stop, "stop", n)
@@ -550,25 +505,32 @@ class Fleet(CommittedFleet):
         each["present"] = there
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
         around = [self.obstacles, *fitting(others, self.dimension, now, "others", "fleet")]
-        self._head_for(targets, desired_velocities, paths, around, now)
-        self._guided = self.guidance is not None and targets is not None
-        if self.guidance is not None and self._guided:
-            self._guide(self.guidance, now)
-        for k in np.flatnonzero(there & ~self._known):
-            each["acceleration"][k] = 0.0
-            self.begin(int(k), State(each["position"][k, :d], each["velocity"][k, :d]), now)
+        to = self.destinations
+        to.set(self.table, now, targets=targets, desired_velocities=desired_velocities, paths=paths, goals=goals)
+        to.guide(self.table, now, joined)
+        to.follow(self.table, self.policies, lambda policy: self._window(policy, around, now))
+        self.targets = to.motion
+        for k in np.flatnonzero(joined).tolist():
+            self._begin(k, State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d]), now)
         self._known[:] = there
         order = _in_turn(self.members.worlds, self._steps)
         self._steps += 1
-        outcomes: dict[int, Outcome] = {}
-        for policy, some in self.by_policy(order[there[order]]):
-            self.observe(policy, now)
-            if self.observers:
-                outcomes |= self.decide_by_sight(policy, some, self.settings(policy, now), around)
-                continue
-            bodies = self.grown_bodies(self.window(policy, around, now))
-            outcomes |= self.decide(some, self.settings(policy, now), bodies, around)
-        return self._decision(there, outcomes, now)
+        return self._decision(there, self._outcomes(order[there[order]], around, now), now)
+
+    def _outcomes(self, order: Indices, around: Obstacles, now: float) -> dict[int, Outcome]:
+        """The outcomes of the robots (rows) in `order` that decide now, among the obstacles `around`."""
+        outcomes = dict[int, Outcome]()
+        information = self.information
+        information.receive(self.table, now)
+        for policy, due in self._by_policy(order):
+            bodies = [] if self.observers else self._grown_bodies(self._window(policy, around, now))
+            for some, period in information.groups(self.table, self.dimension, policy, due, now):
+                settings = policy.settings(now, max(self.period, period), self.table)
+                if self.observers:
+                    outcomes |= self._decide_by_sight(policy, some, settings, around)
+                else:
+                    outcomes |= self._decide(some, settings, bodies, around)
+        return outcomes
 
     def _decision(self, there: Flags, outcomes: dict[int, Outcome], now: float) -> FleetDecision:
         """Commands for the robots until the next step."""
@@ -579,23 +541,11 @@ class Fleet(CommittedFleet):
         acceleration, velocity, position = (
             np.where(there[:, None], one, 0.0)[:, :d] for one in (acceleration, velocity, position)
         )
-        stalled = self._stalled(there, now)
-        found = tuple(outcomes.get(k) for k in range(len(there)))
-        return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.navigator.stuck_after)
-
-    def _stalled(self, there: Flags, now: float) -> Array:
-        """Time [s] since each robot last came nearer to its target, or on along its path: (n,)."""
-        each, d = self.table.each, self.dimension
-        targets, tolerances = each["target"][:, :d].copy(), each["tolerance"]
-        if self.guidance is not None and self._guided:
-            targets, tolerances = self.guidance.guide.goal[:, :d].copy(), self.guidance.guide.goal_tolerance
-        left = np.maximum(np.linalg.norm(targets - each["position"][:, :d], axis=1) - tolerances, 0.0)
-        for k, path in enumerate(self._paths):
-            targets[k], at = path.points[-1], self.progress[k]
-            left[k] = max(path.length - (at or 0.0) - path.tolerance, 0.0)
+        left, targets, tolerances = self.destinations.distances(self.table)
         left[~there | (each["objective"] != ARRIVE)] = np.nan
-        fastest = np.array([limits.max_speed for limits in self.members.limits])
-        return self._approaches.stalled(left, targets, tolerances, fastest, now)
+        stalled = self._approaches.stalled(left, targets, tolerances, self._fastest, now)
+        found = tuple(outcomes.get(k, Outcome.WAITING) if here else None for k, here in enumerate(there.tolist()))
+        return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.navigator.stuck_after)
 
     def manoeuvres(self, robots: Sequence[int] | None = None) -> tuple[Obstacle, ...]:
         """The committed manoeuvres of the robots that are present, or of some of them (rows), as obstacles.
@@ -629,62 +579,6 @@ class Fleet(CommittedFleet):
             )
             for k in rows
         )
-
-    def _head_for(
-        self,
-        targets: npt.ArrayLike | None,
-        desired_velocities: npt.ArrayLike | None,
-        paths: Sequence[PathGoal] | None,
-        around: Obstacles,
-        now: float,
-    ) -> None:
-        """Set targets, desired velocities or paths of the robots, see `step`."""
-        each, n = self.table.each, len(self.members.shapes)
-        d = self.dimension
-        given = {"targets": targets, "desired_velocities": desired_velocities, "paths": paths}
-        found = [name for name, value in given.items() if value is not None]
-        if len(found) != 1:
-            raise InvalidInput(f"targets: expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
-        if self._targets_only and targets is None:
-            raise InvalidInput(f"targets: expected those of a guided fleet, found {found[0]}")
-        self._paths = ()
-        each["objective"] = ARRIVE if desired_velocities is None else FOLLOW_VELOCITY
-        each["max_speed"] = [limits.max_speed for limits in self.members.limits]
-        if targets is not None:
-            each["target"][:, :d], each["final"] = array_of(targets, "targets", (n, d)), True
-            for k in np.flatnonzero(each["stop"]).tolist():
-                bound = least_speed(self.members.limits[k])
-                if bound is not None:
-                    raise InvalidInput(
-                        f"stop: expected False for robot {k} with {bound!r}, by which it never stops; found True"
-                    )
-        elif desired_velocities is not None:
-            each["wanted"][:, :d] = array_of(desired_velocities, "desired_velocities", (n, d))
-        elif paths is not None:
-            listing(paths, f"{n} paths", "paths")
-            if len(paths) != n:
-                raise InvalidInput(f"paths: expected {n}, found {len(paths)}")
-            for k, path in enumerate(paths):
-                has(path, ("lookahead", "step"), "a PathGoal", f"paths[{k}]")
-                refuse_stop(path, self.members.limits[k], f"paths[{k}]")
-            self._paths = tuple(paths)
-            # A robot that comes back begins anew.
-            self.progress = [at if there else None for at, there in zip(self.progress, each["present"])]
-            for policy in self.policies:
-                self.follow({k: paths[k] for k in policy.rows.tolist()}, self.window(policy, around, now))
-
-    def _guide(self, guidance: Guidance, now: float) -> None:
-        """Replace the targets in the table by those of guidance."""
-        each, guide = self.table.each, guidance.guide
-        before, joined = guide.position.copy(), each["present"] & ~self._known
-        guide.position[:], guide.velocity[:] = each["position"], each["velocity"]
-        guide.present[:] = each["present"]
-        new = guidance.head_for(each["target"], each["tolerance"], each["stop"], joined)
-        guidance.note_arrivals(np.where(new[:, None], guide.position, before))
-        guidance.update(now, self.period)
-        each["target"], each["tolerance"] = guide.target, guide.tolerance
-        each["stop"] = guide.stop
-        each["final"] = (guide.target == guide.goal).all(axis=1)
 
 
 def _in_turn(worlds: Indices, steps: int) -> Indices:

@@ -88,7 +88,7 @@ class Guidance:
 
     Args:
         radii, max_speeds: (n,) [m], [m/s]. margin: [m] between bodies.
-        obstacles: those at rest are gone around. start: [s] a time at which they exist.
+        obstacles: those at rest are gone around.
         world_period: (d,) [m] see `Fleet`.
 
     Attributes:
@@ -103,7 +103,6 @@ class Guidance:
         margin: float,
         obstacles: Sequence[Obstacle],
         *,
-        start: float = 0.0,
         world_period: Period | None = None,
         threads: int | None = None,
     ) -> None:
@@ -112,8 +111,8 @@ class Guidance:
         self._world_period = world_period
         self._updates = 0
         self._reach = np.full((2, 2), np.nan)
-        parts = [part for obstacle in obstacles if obstacle.at_rest for part in outline_parts(obstacle, start)]
-        self._outlines = [(_outline(part.corners), part.radius) for part in parts]
+        self._at_rest = [obstacle for obstacle in obstacles if obstacle.at_rest]
+        self._outlines: Outlines | None = None
         self.grid = Grid(np.zeros(2), 1.0, np.full((1, 1), np.inf), np.full((1, 1), np.inf))
         self.guide = GuidanceState(
             position=np.zeros((n, 3)),
@@ -168,7 +167,10 @@ class Guidance:
         guide = self.guide
         guide.visited[:] |= guide.arrived
         guide.tolerance[:], guide.stop[:] = guide.goal_tolerance, guide.goal_stop
-        self._cover()
+        if self._outlines is None:
+            parts = [part for obstacle in self._at_rest for part in outline_parts(obstacle, now)]
+            self._outlines = [(_outline(part.corners), part.radius) for part in parts]
+        self._cover(self._outlines)
         if guide.period.any():
             guide.waypoint[:] = guide.goal
             kernels.keep_right(guide)
@@ -194,7 +196,7 @@ class Guidance:
             lambda part: search(guide, self.grid, self.margin, parked, part), due, self.threads, SEARCHES_PER_THREAD
         )
 
-    def _cover(self) -> None:
+    def _cover(self, outlines: Outlines) -> None:
         """Make the grid anew if a goal, or a robot that is present, lies outside it."""
         guide = self.guide
         places = np.concatenate([guide.position[guide.present, :2], guide.goal[:, :2]])
@@ -203,19 +205,18 @@ class Guidance:
             # It covers a whole period.
             return
         if not ((places >= low) & (places <= high)).all():
-            self.grid, self._reach = self._made(places)
+            self.grid, self._reach = self._made(places, outlines)
 
-    def _made(self, places: Array) -> tuple[Grid, Array]:
+    def _made(self, places: Array, outlines: Outlines) -> tuple[Grid, Array]:
         """The clearance to obstacles at rest on a grid over places (m, 2) [m] and obstacles at rest; and its corners.
 
         Beyond the places the grid has a border, so that the next ones lie within it too.
         """
         guide = self.guide
-        corners = [shapely.get_coordinates(outline) for outline, _ in self._outlines]
+        corners = [shapely.get_coordinates(outline) for outline, _ in outlines]
         positions = np.concatenate([places, *corners])
         border = GRID_BORDER * float(guide.radius.max())
         low, high = positions.min(axis=0) - border, positions.max(axis=0) + border
-        outlines = self._outlines
         if self._world_period is not None:
             # The grid covers one period, with the images of obstacles at rest that reach into it.
             high = np.where(guide.period > 0.0, low + guide.period, high)

@@ -1,17 +1,40 @@
-"""Limited sight from decision to decision: the observer of each robot."""
+"""What the robots of a fleet know of each other, and what each of them sees."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from slalom.base.checks import Array, has
 from slalom.base.errors import InvalidInput
-from slalom.fleet.settings import Members
+from slalom.fleet.settings import Members, Policy
+from slalom.kernels.arrays import Indices
+from slalom.kernels.decision.tables import RobotTable
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
 from slalom.perception.sight import Sight, Visibility
+
+
+class Information:
+    """What the robots of a fleet know of each other: all states and all published manoeuvres, as they are now.
+
+    A simulator with late or lost messages and observations has a subclass.
+    """
+
+    def receive(self, table: RobotTable, now: float) -> None:
+        """Observe the robots, which the table holds as they are at `now` [s], and receive their messages."""
+
+    def groups(
+        self, table: RobotTable, d: int, policy: Policy, due: Indices, now: float
+    ) -> Iterator[tuple[Indices, float]]:
+        """Groups (rows) of the robots that are `due` by one policy, and the time [s] until they decide again.
+
+        As a group decides, the table holds what it knows of the others in `d` dimensions. A time below the period
+        stands for the period. Robots in no group keep their manoeuvres.
+        """
+        policy.observe(table, d, now, None, None)
+        yield due, 0.0
 
 
 class Observer:

@@ -11,7 +11,7 @@ from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
-from slalom.peers import contender_named
+from slalom.peers import contender
 from slalom.sim.files.recorded_traffic import MAX_DURATION, Recorded as Tracks
 from slalom.sim.measure.recording import Recording, Step
 from slalom.sim.scenario import SETTINGS, Robot, Scenario
@@ -91,7 +91,7 @@ def method_of(recording: Recording) -> tuple[Method | None, tuple[str, ...]]:
         return method(name), ()
     if "+" in name:
         return None, (f"The robots decide by different methods ({name}): no control space is shown.",)
-    contender_named(name)
+    contender(name, installed=False)
     return None, (f"{name} is a method of another project: it has no control space here.",)
 
 

@@ -2,7 +2,7 @@
 
 import ast
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
-from slalom.decision.methods import Method, margin_among
+from slalom.decision.methods import METHODS, Method, margin_among
 from slalom.decision.navigator import Navigator
 from slalom.lookahead.navigator import SequenceDecision
 from slalom.model.goal import Goal
@@ -28,7 +28,7 @@ from slalom.obstacle.predicted import predicted
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.deciders import SingleRobotDecider
-from slalom.sim.run.fleet_decider import GuidedRun
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.simulate import by_name
 from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import Scenario
@@ -44,14 +44,17 @@ class Targets:
 
     def __init__(self, scenario: Scenario) -> None:
         ordered, self._rows = by_name(scenario)
+        # Guidance depends on no method and no priority.
+        ordered = replace(ordered, robots=tuple(replace(robot, method=None, priority=1.0) for robot in ordered.robots))
         self._scenario, self._states = scenario, RobotStates(ordered)
-        self._guidance = GuidedRun(self._states)
+        self._fleet = FleetDecider(ordered, METHODS["nao"]).fleet
+        self._goals = [robot.goal for robot in ordered.robots]
         self._known: list[tuple[Array, Array, Array]] = []
 
     def goal(self, steps: Sequence[Step], k: int, robot: int) -> Goal:
         """Return what a robot drives to at step k: the target of its latest decision, or its goal."""
         own = self._scenario.robots[robot].goal
-        if not self._guidance.guided:
+        if self._fleet.guidance is None:
             return own
         while len(self._known) <= k:
             self._advance(steps)
@@ -64,7 +67,8 @@ class Targets:
     def _advance(self, steps: Sequence[Step]) -> None:
         scenario = self._scenario
         states = self._states
-        guide = self._guidance.guide
+        table, destinations = self._fleet.table, self._fleet.destinations
+        each = table.each
         d = self._scenario.dimension
         k = len(self._known)
         step, now = steps[k], scenario.start + k * scenario.dt
@@ -78,9 +82,11 @@ class Targets:
         if k % scenario.steps_per_decision:
             self._known.append(self._known[-1])
             return
-        self._guidance.update(now, scenario.dt * scenario.steps_per_decision)
+        each["position"], each["velocity"], each["present"] = states.position, states.velocity, states.present
+        destinations.set(table, now, goals=self._goals)
+        destinations.guide(table, now, joined=np.full(len(each), k == 0))
         rows = self._rows
-        self._known.append((guide.target[rows, :d], guide.tolerance[rows], np.array(guide.stop[rows])))
+        self._known.append((each["target"][rows, :d], each["tolerance"][rows], np.array(each["stop"][rows])))
 
 
 # ---------------------------------------------------------------------------------------------------------------------

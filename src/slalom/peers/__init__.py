@@ -9,7 +9,7 @@ Its code imports none of them: `pip install --no-deps pyrvo` suffices.)
 """
 
 from slalom.peers.crowd import Crowd, Discs, Team, discs, outlines
-from slalom.peers.table import CONTENDERS, PEERS, Peer, contender, contender_named
+from slalom.peers.table import CONTENDERS, PEERS, Peer, contender
 
 __all__ = [
     "CONTENDERS",
@@ -19,7 +19,6 @@ __all__ = [
     "Peer",
     "Team",
     "contender",
-    "contender_named",
     "discs",
     "outlines",
 ]

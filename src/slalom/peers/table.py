@@ -208,35 +208,33 @@ def method(name: str) -> Any:
     Raises:
         InvalidInput: an unknown method or foresight; the message lists the known ones.
     """
-    return contender_named(text(name, "name"))
+    return contender(text(name, "name"), installed=False)
 
 
-def contender(given: str | Method | Peer) -> Method | Peer:
-    """Method or peer, by name (see `contender_named`), whose package must be installed; or itself.
+def contender(given: str | Method | Peer, *, installed: bool = True) -> Method | Peer:
+    """Method or peer by name, or itself.
+
+    For methods also NAME@FORESIGHT, see `decision.methods.method`; for peers NAME:PARAMETER=VALUE:..., see
+    `Peer.parameters`.
+
+    Args:
+        installed: whether the package of a peer must be installed.
 
     Raises:
-        InvalidInput: an unknown name, or a package that is not installed; something else than a method.
+        InvalidInput: an unknown name, with all known ones; a peer with a foresight, a method of slalom with parameters;
+            an unknown parameter or a value out of range; a package that is not installed; something else than a method.
     """
     if not isinstance(given, str | Method | Peer):
         raise InvalidInput(f"method: expected a method, such as method('nao'), or its name; found {shown(given)}")
     if not isinstance(given, str):
         return given
-    chosen = contender_named(given)
-    if isinstance(chosen, Peer):
+    chosen = _named(given)
+    if installed and isinstance(chosen, Peer):
         imported(chosen.package)
     return chosen
 
 
-def contender_named(name: str) -> Method | Peer:
-    """Method or peer by name, installed or not.
-
-    For methods also NAME@FORESIGHT, see `decision.methods.method`; for peers NAME:PARAMETER=VALUE:..., see
-    `Peer.parameters`.
-
-    Raises:
-        InvalidInput: an unknown name, with all known ones; a peer with a foresight, a method of slalom with parameters;
-            an unknown parameter or a value out of range.
-    """
+def _named(name: str) -> Method | Peer:
     plain, at, foresight = name.partition("@")
     plain, colon, parameters = plain.partition(":")
     chosen = CONTENDERS[known(plain, "method", list(CONTENDERS))]

@@ -22,7 +22,7 @@ from slalom.decision.methods import Method
 from slalom.kernels.arrays import Flags
 from slalom.model.path_goal import PathGoal
 from slalom.obstacle.pieces import outline_parts
-from slalom.peers import Peer, contender_named
+from slalom.peers import Peer, contender
 from slalom.sim import Recording, Scenario, decision_at
 from slalom.sim.measure.closest_approach import closest_approaches
 from slalom.view.figure import TIMES, column_axes, decision, obstacle_boxes, obstacle_paths, paths
@@ -171,11 +171,11 @@ def replay(
     lasts = float(recording.times[-1] - recording.times[0])
     if at is not None and not 0.0 <= at <= lasts:
         raise InvalidInput(f"--figure-at: expected a time of the run, from 0 to {lasts:g} s, found {at:g} s")
-    contender = contender_named(method)
-    refuse_unfit(len(recording.shapes), contender, at, names, uncertainty)
+    chosen = contender(method, installed=False)
+    refuse_unfit(len(recording.shapes), chosen, at, names, uncertainty)
     if len(recording.shapes) > 1:
         return fleet(recording, names=names)
-    if not isinstance(contender, Method):
+    if not isinstance(chosen, Method):
         goal = recording.goals[0] if recording.period is None else None
         figure = paths(
             recording.times,
@@ -197,11 +197,11 @@ def replay(
         step = max(tight, key=lambda k: (float((hold_pattern.findall(recording.responses[k][0]) or [0])[0]), k))
     else:
         step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
-    replayed = decision_at(recording, scenario, contender, step)
+    replayed = decision_at(recording, scenario, chosen, step)
     elapsed = recording.times[step] - recording.times[0]
     return decision(
         replayed,
-        scenario.navigator(contender),
+        scenario.navigator(chosen),
         scenario.robot.goal,
         track=np.asarray(recording.positions[: step + 1, 0]),
         uncertainty=uncertainty,

@@ -1,6 +1,5 @@
 """Deciders of the robots of a run: the protocol of the loop over time, and robots that decide one by one."""
 
-from collections.abc import Sequence
 from time import perf_counter
 from typing import NamedTuple, Protocol
 
@@ -25,18 +24,12 @@ class Decisions(NamedTuple):
 
 
 class Decider(Protocol):
-    """All decisions of a run. The loop calls `sense`, `guide` and `decide` in this order at every decision."""
+    """All decisions of a run."""
 
     states: RobotStates
 
-    def sense(self, now: float) -> None:
-        """Observe the other robots and receive their messages at `now` [s]."""
-
-    def guide(self, now: float) -> None:
-        """Choose the next target of every robot at `now` [s]. It has no part in safety."""
-
-    def decide(self, order: Sequence[int], now: float) -> Decisions:
-        """Choose new manoeuvres for the robots (rows) in `order` at `now` [s]."""
+    def decide(self, now: float) -> Decisions:
+        """Choose new manoeuvres for all robots that are present at `now` [s]."""
 
     def accelerations(self, now: float, duration: float) -> Array:
         """The accelerations (n, 3) [m/s^2], constant over `duration` [s], that follow the committed manoeuvres."""
@@ -58,13 +51,7 @@ class SingleRobotDecider:
         self._observer = Observer(scenario.sight, scenario.obstacles) if scenario.sight else None
         self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
 
-    def sense(self, now: float) -> None:
-        pass
-
-    def guide(self, now: float) -> None:
-        pass
-
-    def decide(self, order: Sequence[int], now: float) -> Decisions:
+    def decide(self, now: float) -> Decisions:
         before = perf_counter()
         state = self.states.state(0)
         goal = self.scenario.robot.goal
@@ -80,7 +67,7 @@ class SingleRobotDecider:
         states, d = self.states, state.dimension
         states.position[0, :d], states.velocity[0, :d] = state.position, state.velocity
         states.acceleration[0, :d] = state.acceleration
-        self.decide((0,), now)
+        self.decide(now)
         assert self.decision is not None
         return self.decision
 

@@ -1,5 +1,6 @@
 """Messages between robots that share their manoeuvres, where they arrive late or are lost."""
 
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -7,7 +8,10 @@ import numpy as np
 from slalom.base.checks import Array
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import Method
+from slalom.fleet.observation import Information
+from slalom.fleet.settings import Policy
 from slalom.kernels.arrays import Flags, Indices
+from slalom.kernels.decision.tables import RobotTable
 from slalom.obstacle.periodic import to_nearest
 from slalom.sim.scenario import Scenario
 
@@ -29,7 +33,7 @@ class Message(NamedTuple):
     decided: Indices  # the step of the sender's last decision
 
 
-class Messages:
+class Messages(Information):
     """Which robot has received which messages, and which robot may change its manoeuvre (docs/theory.md, 17).
 
     Of each pair of robots one holds the right to change. Every message contains the committed manoeuvre of the sender
@@ -79,7 +83,33 @@ class Messages:
         self.known_decisions = np.full((n, n), -1)
         self.step, self.sent = -1, 0
         self._positions: dict[int, Array] = {}
+        self._sent: dict[int, tuple[Array, Array]] = {}
         self._in_transit: dict[int, list[Message]] = {}
+
+    def receive(self, table: RobotTable, now: float) -> None:
+        if not self._sent:
+            self._sent[-1] = table.committed.times.copy(), table.committed.points.copy()
+        self.deliver(table.each["position"])
+
+    def groups(
+        self, table: RobotTable, d: int, policy: Policy, due: Indices, now: float
+    ) -> Iterator[tuple[Indices, float]]:
+        """Each robot that may decide, with the received manoeuvres in the table.
+
+        It expects its next decision after the same time as since its last one.
+        """
+        rows = np.arange(len(table.each))
+        for k in due.tolist():
+            if not self.may_decide(k, table.each["present"]):
+                continue
+            for j in rows[rows != k]:
+                times, points = self._sent[int(self.received[k, j])]
+                table.observed.times[j], table.observed.points[j] = times[j], points[j]
+            yield due[due == k], self.waited(k)
+        self._sent[self.step] = table.committed.times.copy(), table.committed.points.copy()
+        self.send()
+        for step in [step for step in self._sent if step < self.oldest]:
+            del self._sent[step]
 
     def holds(self) -> Flags:
         """Whether robot i, by its messages, holds the right of the pair (i, j); (n, n)."""

@@ -1,6 +1,5 @@
 """Robots that another project's method moves."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -69,10 +68,7 @@ class PeerDecider:
         self._speeds = speeds
         return self.peer.begin(Team(radii, speeds, accelerations, self._period, self._walls), self._margins[members])
 
-    def sense(self, now: float) -> None:
-        pass
-
-    def guide(self, now: float) -> None:
+    def _follow(self, now: float) -> None:
         """Set the targets and speed limits of the robots that follow paths."""
         if not self._paths:
             return
@@ -91,7 +87,8 @@ class PeerDecider:
             self._progress[k], self._goals[k] = step.progress, step.goal
             self._limits[k] = replace(robot.limits, max_speed=step.max_speed)
 
-    def decide(self, order: Sequence[int], now: float) -> Decisions:
+    def decide(self, now: float) -> Decisions:
+        self._follow(now)
         before, states = perf_counter(), self.states
         if not np.array_equal(self._members, states.present):
             self._members = states.present.copy()

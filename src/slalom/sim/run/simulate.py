@@ -1,17 +1,15 @@
 """The loop over time, the only one of the simulator.
 
     at every decision
-        sense ---------> guide ---------> decide
-        late, inexact    targets; no      manoeuvres
-        or lost          part in safety       |
+        states --------> decide: one robot, a fleet or a peer
           ^                                   |
           |                                   v
     at every step
         RobotStates <--- integrate <--- accelerations ---> record
         of a Scenario    exact                             RunLog ---> Recording or RunSummary
 
-A `Decider` holds the first three steps: for one robot, for a fleet, for a peer. The loop holds what all runs share:
-times, arrivals, the order of turns, integration and records.
+A `Decider` decides for one robot, a fleet or a peer. The loop holds what all runs share: times, arrivals, integration
+and records.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,9 +28,8 @@ from slalom.model.state import State
 from slalom.peers import Peer, contender
 from slalom.sim.measure.recording import Recording, RunLog, RunSummary, Step
 from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider
-from slalom.sim.run.fleet_decider import FleetDecider, GuidedRun
+from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.peer_decider import PeerDecider
-from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import Scenario
 
 
@@ -153,7 +150,7 @@ class Run:
         log = self.log
         rows = self._rows
         scenario, states = log.scenario, decider.states
-        dt, n = scenario.dt, len(rows)
+        dt = scenario.dt
         count = round(scenario.duration / dt)
         for k in range(count):
             now = scenario.start + k * dt
@@ -162,10 +159,7 @@ class Run:
                 break
             made = Decisions({}, {})
             if k % scenario.steps_per_decision == 0:
-                decider.sense(now)
-                decider.guide(now)
-                turns = [(k + j) % n for j in range(n)]
-                made = decider.decide([j for j in turns if states.present[j]], now)
+                made = decider.decide(now)
             acceleration = decider.accelerations(now, dt)
             log.count += 1
             log.statuses.update(made.outcomes.values())
@@ -205,7 +199,7 @@ def _decider_and_rows(
     if len(set(names)) < len(names):
         raise InvalidInput(f"robots: expected a name for each, found {names}")
     ordered, rows = by_name(scenario)
-    return _fleet_decider(ordered, method, seed, threads), rows
+    return FleetDecider(ordered, method, seed, threads), rows
 
 
 def by_name(scenario: Scenario) -> tuple[Scenario, Indices]:
@@ -216,10 +210,6 @@ def by_name(scenario: Scenario) -> tuple[Scenario, Indices]:
     names = [robot.name for robot in scenario.robots]
     order = sorted(range(len(names)), key=lambda k: names[k])
     return replace(scenario, robots=tuple(scenario.robots[k] for k in order)), np.argsort(order)
-
-
-def _fleet_decider(scenario: Scenario, method: Method, seed: int, threads: int | None) -> Decider:
-    return FleetDecider(method, GuidedRun(RobotStates(scenario), threads), seed, threads)
 
 
 def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices, d: int) -> Step:

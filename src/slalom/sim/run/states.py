@@ -1,5 +1,6 @@
 """The states of all robots of a run as arrays, their arrivals, and the one integrator."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,10 @@ from slalom.base.checks import Array
 from slalom.base.tolerances import ARRIVAL_FILTER
 from slalom.decision.methods import Method
 from slalom.fleet.guidance import ARRIVAL_LOST
+from slalom.fleet.observation import Information
+from slalom.fleet.settings import Policy
+from slalom.kernels.arrays import Indices
+from slalom.kernels.decision.tables import RobotTable
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.sim.scenario import Scenario
@@ -127,7 +132,7 @@ def _in_space(rows: Array) -> Array:
 # Observations of other robots that are late, inexact or lost.
 
 
-class Sensing:
+class Sensing(Information):
     """The last observation that each of n robots has of each other one.
 
     At every decision each robot observes the position, velocity and acceleration that each other one had `sight_delay`
@@ -148,6 +153,21 @@ class Sensing:
         self.observed = np.broadcast_to(states, (n, 3, n, 3)).copy()
         self.time = np.full((n, n), scenario.start)
         self._past: list[Array] = []
+
+    def receive(self, table: RobotTable, now: float) -> None:
+        each = table.each
+        self.observe(np.array([each["position"], each["velocity"], each["acceleration"]]), now)
+
+    def groups(
+        self, table: RobotTable, d: int, policy: Policy, due: Indices, now: float
+    ) -> Iterator[tuple[Indices, float]]:
+        """Each robot with the others as it observed them last; those that share their manoeuvres know them at once."""
+        if policy.method.shared:
+            yield from super().groups(table, d, policy, due, now)
+            return
+        for k in due.tolist():
+            policy.observe(table, d, now, np.moveaxis(self.observed[k], 0, 1), self.time[k])
+            yield due[due == k], 0.0
 
     def observe(self, states: Array, now: float) -> None:
         """Observe all robots; `states` (3, n, 3): positions, velocities and accelerations at `now` [s]."""

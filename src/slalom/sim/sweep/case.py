@@ -17,7 +17,7 @@ from slalom.decision.methods import METHODS, Method
 from slalom.decision.objective import OBJECTIVES
 from slalom.io import pedestrians
 from slalom.io.pedestrians import Case as CrowdCase
-from slalom.peers import Peer, contender, contender_named
+from slalom.peers import Peer, contender
 from slalom.sim.files.scenario_yaml import files_of, read_scenario
 from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
 from slalom.sim.gallery.fleets import cadrl
@@ -66,7 +66,7 @@ def refuse_more(name: str, cases: Sequence[CrowdCase], seeds: int) -> None:
 ABOVE: Final = ("__main__.py", "adapters", "cli", "live", "paper", "precompile.py", "view", "work_rate.py")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
-GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance", "sim/run/fleet_decider.py")
+GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance")
 """Code that chooses the targets of guided robots. An edit there changes no result of other runs."""
 
 RANDOM: Final = ("message_delay", "message_loss", "sight_noise", "sight_loss")
@@ -189,7 +189,7 @@ def is_guided(name: Source, settings: Mapping[str, float], method: str | Method 
 
     Cases of a file, which need not exist, have several robots in the plane.
     """
-    if isinstance(contender_named(method) if isinstance(method, str) else method, Peer):
+    if isinstance(contender(method, installed=False), Peer):
         return False
     if isinstance(name, str) and is_cases(name):
         return bool(settings.get("guided", 1.0))

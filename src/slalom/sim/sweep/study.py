@@ -17,7 +17,7 @@ from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.decision.methods import Method
 from slalom.io.pedestrians import read_cases
 from slalom.io.recorded import first_of
-from slalom.peers import CONTENDERS, Peer, contender, contender_named
+from slalom.peers import CONTENDERS, Peer, contender
 from slalom.sim.files.parts import Model, Place
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, in_order, messages, where
 from slalom.sim.measure.metrics import METRICS, finite
@@ -562,7 +562,7 @@ def _unknown(path: Path, root: Node | None, place: Place, names: Sequence[str]) 
     mistakes = []
     for k, name in enumerate(names):
         try:
-            contender_named(name)
+            contender(name, installed=False)
         except InvalidInput as error:
             at = (*place, k)
             mistakes.append(f"{where(path, root, at)}: {dotted(at)}{str(error).removeprefix('method: ')}")
