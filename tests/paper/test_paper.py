@@ -371,7 +371,7 @@ def test_crossings_past_a_standing_car() -> None:
 
 
 def test_jobs_do_not_change_the_crossings() -> None:
-    one, two = (claims_crossing.measure(3, jobs, True, nothing) for jobs in (1, 2))
+    one, two = (claims_crossing.measure_crossing(3, jobs, True, nothing) for jobs in (1, 2))
     assert json.dumps(one) == json.dumps(two)
 
 
@@ -398,7 +398,7 @@ def test_alarms_on_a_road_known_by_hand() -> None:
 
 def test_cars_that_follow_their_lanes_do_not_collide() -> None:
     """So that every alarm is a false one."""
-    least = claims_road.LANE - claims_road.ROBOT.bounding_radius - claims_road.CAR.bounding_radius
+    least = claims_road.LANE - claims_road.ROBOT_DISC.bounding_radius - claims_road.CAR.bounding_radius
     assert least > 0.0
 
 
@@ -407,7 +407,7 @@ def test_the_cone_by_hand_and_the_claim() -> None:
     points = np.array([[3.0, 1.0], [0.0, 1.0], [2.0, 1.5], [2.0, 1.7]])
     # Half-angle 30 degrees: at 1 ahead of the apex it is tan 30 = 0.577 wide.
     assert claims_shape.in_cone(points, position, 1.0, apex).tolist() == [True, False, True, False]
-    rows = claims_shape.measure(quick=True)["rows"]
+    rows = claims_shape.measure_cone(quick=True)["rows"]
     assert rows[0]["judged_differently"] == 0
     assert min(row["judged_differently"] for row in rows[1:]) > 0
 

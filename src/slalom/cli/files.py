@@ -6,17 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 from slalom.base.errors import InvalidInput
 from slalom.cli.console import DONE, FAILED, Flag, print_message, print_result, refuse_source, resolved, writable
-from slalom.cli.recorded import Reading, given_options
+from slalom.cli.recorded import Look, Reading, drawable, given_options, refuse_without
 from slalom.cli.report import counted, formatted
 from slalom.cli.running import (
     DEFAULT_METHOD,
     RUNS,
-    Look,
-    drawable,
     method_name,
     print_notes,
     refuse_run,
-    refuse_without,
 )
 
 if TYPE_CHECKING:

@@ -21,9 +21,8 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.recorded import SignedText
+from slalom.cli.recorded import Look, SignedText, VectorLook, drawable, refuse_without
 from slalom.cli.report import files_text
-from slalom.cli.running import Look, VectorLook, drawable, refuse_without
 
 
 def reproduce(

@@ -14,7 +14,7 @@ from slalom.model.limits import admissible_ball
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
-from slalom.paper.controller import RESPONSE, RIM_RADIUS, ROBOT, Rules, hits, preferred_acceleration, run
+from slalom.paper.controller import RESPONSE, RIM_RADIUS, ROBOT_DISC, Rules, hits, preferred_acceleration, run
 from slalom.sim.gallery import build
 from slalom.sim.measure.metrics import COLLISION
 
@@ -26,7 +26,7 @@ SPEEDS: Final = (1.0, 1.5)
 """[1] Speed factors of the cars, times the gallery's 5, 6.5 and 8 m/s."""
 ENTRY_SPEEDS: Final = (3.0, 5.0, 8.0)
 """[m/s] Speeds of the robot on the rim."""
-HORIZON: Final = 12.0
+CROSSING_HORIZON: Final = 12.0
 """[s] Longer than the duration of any crossing."""
 STEP: Final = 0.1
 """[m/s^2] Spacing of the grid of accelerations."""
@@ -47,7 +47,7 @@ def exits(accelerations: Array, start: State = START) -> Array:
 
     Rows are nan for accelerations that do not enter it in the first step or never leave it.
     """
-    t = np.arange(0.0, HORIZON + 0.01, 0.02)[:, None]
+    t = np.arange(0.0, CROSSING_HORIZON + 0.01, 0.02)[:, None]
     found = np.full(accelerations.shape, np.nan)
     for k, u in enumerate(accelerations):
         points = start.position + t * (start.velocity + 0.5 * t * u)
@@ -64,8 +64,8 @@ def crossing(accelerations: Array, start: State = START) -> npt.NDArray[np.bool_
 
 
 def clearances(obstacles: Sequence[Obstacle], accelerations: Array, start: State = START) -> Array:
-    """Return the least clearance (n,) [m] to cars on their lanes within HORIZON, for accelerations (n, 2)."""
-    blocked = ControlObstacle(RESPONSE, start, ObstacleWindow(obstacles, 0.0, HORIZON), ROBOT)
+    """Return the least clearance (n,) [m] to cars on their lanes within CROSSING_HORIZON, for accelerations (n, 2)."""
+    blocked = ControlObstacle(RESPONSE, start, ObstacleWindow(obstacles, 0.0, CROSSING_HORIZON), ROBOT_DISC)
     return np.asarray(blocked.clearance(accelerations))
 
 
@@ -100,29 +100,35 @@ def exists_between_grid_points(crossings: Crossings, blocked: ControlObstacle, l
 def one_seed(seed: int, speed: float, entries: Sequence[Crossings]) -> dict[str, Any]:
     """Return counts of free crossings for the cars of one seed, and whether a held first choice collides (AO, NAO)."""
     obstacles = build("roundabout_crossing", {"speed": speed}, seed=seed).obstacles
-    traffic = ObstacleWindow(obstacles, 0.0, HORIZON)
+    traffic = ObstacleWindow(obstacles, 0.0, CROSSING_HORIZON)
     result: dict[str, Any] = {"free": {}, "exists": {}}
     for entry in entries:
-        blocked = ControlObstacle(RESPONSE, entry.start, traffic, ROBOT)
+        blocked = ControlObstacle(RESPONSE, entry.start, traffic, ROBOT_DISC)
         collision_free = blocked.clearance(entry.accelerations) >= 0.0
         free = {f"{a:g}": int((collision_free & entry.within(a)).sum()) for a in LIMITS}
         result["free"][entry.name] = free
         result["exists"][entry.name] = {
             f"{a:g}": free[f"{a:g}"] > 0 or exists_between_grid_points(entry, blocked, a) for a in LIMITS
         }
-    blocked = ControlObstacle(RESPONSE, START, traffic, ROBOT)
+    blocked = ControlObstacle(RESPONSE, START, traffic, ROBOT_DISC)
     goal = np.array([RIM_RADIUS, 0.0])
     preferred = preferred_acceleration(START, goal, max(LIMITS))
     result["any"] = {f"{a:g}": select(preferred, admissible_ball((0.0, 0.0), a), blocked).safe for a in LIMITS}
     result["held"] = {}
     for method in ("nao", "ao"):
         # One decision with a horizon of the whole crossing, held to the end.
-        done = run(Rules(method, HORIZON, horizon=HORIZON), obstacles, START, goal, max_duration=HORIZON)
+        done = run(
+            Rules(method, CROSSING_HORIZON, horizon=CROSSING_HORIZON),
+            obstacles,
+            START,
+            goal,
+            max_duration=CROSSING_HORIZON,
+        )
         result["held"][method] = hits(done.recording)[1] < -COLLISION
     return result
 
 
-def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
+def measure_crossing(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
     """Measure the counts over the seeds for each lane speed; `advance` receives the share done."""
     points = grid(max(LIMITS), 5.0 * STEP if quick else STEP)
     starts = [State(START.position, (v, 0.0)) for v in (ENTRY_SPEEDS[1:2] if quick else ENTRY_SPEEDS)]
@@ -137,7 +143,7 @@ def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]
         {"lane_speed": speed, **_counted([row for row, (v, _) in zip(rows, work) if v == speed], entries)}
         for speed in SPEEDS
     ]
-    return {"seeds": seeds, "step": 5.0 * STEP if quick else STEP, "horizon": HORIZON, "tables": tables}
+    return {"seeds": seeds, "step": 5.0 * STEP if quick else STEP, "horizon": CROSSING_HORIZON, "tables": tables}
 
 
 def _counted(rows: Sequence[dict[str, Any]], entries: Sequence[Crossings]) -> dict[str, Any]:

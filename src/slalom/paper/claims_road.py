@@ -21,7 +21,7 @@ from slalom.obstacle.window import ObstacleWindow
 
 LANE: Final = 4.0
 """[m] Distance between the centre lines of neighbouring lanes."""
-ROBOT: Final = Disc(1.0)
+ROBOT_DISC: Final = Disc(1.0)
 CAR: Final = Disc(1.5)
 HORIZONS: Final = (3.0, 6.0)
 RADII: Final = (15.0, 20.0, 30.0, 45.0, 70.0, 110.0)
@@ -73,7 +73,7 @@ def alarms(question: Question, radius: float, speed: float, obstacles: Sequence[
     rows = []
     for forecast in question.forecasts:
         predicted = [Obstacle(o.shape, forecast(o.trajectory, 0.0)) for o in obstacles]
-        blocked = ControlObstacle(question.response, state, ObstacleWindow(predicted, 0.0, horizon), ROBOT)
+        blocked = ControlObstacle(question.response, state, ObstacleWindow(predicted, 0.0, horizon), ROBOT_DISC)
         rows.append(np.isfinite(blocked.times_to_collision(control)))
     return np.array(rows)
 
@@ -90,7 +90,7 @@ def counted(rows: Alarms) -> dict[str, int]:
     }
 
 
-def measure(quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
+def measure_curves(quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
     """Measure counts over the grid: all, by lane radius and by speed, for each question, horizon and side."""
     radii, speeds = (RADII[1::3], SPEEDS[1::3]) if quick else (RADII, SPEEDS)
     ahead, ratios = (AHEAD[::5], RATIOS[::2]) if quick else (AHEAD, RATIOS)
@@ -100,7 +100,7 @@ def measure(quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
         "ratios": ratios,
         "ahead": ahead,
         "lane": LANE,
-        "robot_radius": ROBOT.radius,
+        "robot_radius": ROBOT_DISC.radius,
         "car_radius": CAR.radius,
         "tables": [],
     }

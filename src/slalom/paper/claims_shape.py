@@ -9,7 +9,7 @@ from slalom.model.response import Acceleration
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.paper.obstacles import CONE, CONE_ACCELERATION, CONE_POSITION, RADIUS, obstacle_of
 
-HORIZON: Final = 50.0
+CONE_HORIZON: Final = 50.0
 """[s] Long, so that the horizon cuts only a small tip off the cone."""
 SEED: Final = 0
 
@@ -23,7 +23,7 @@ def in_cone(controls: Array, center: Array, radius: float, apex: Array) -> np.nd
     return np.asarray(projections > cosine * np.linalg.norm(offsets, axis=1))
 
 
-def measure(quick: bool) -> dict[str, Any]:
+def measure_cone(quick: bool) -> dict[str, Any]:
     """Count, for each relative velocity, the random accelerations on which AO and cone disagree.
 
     Points closer to the apex than 4 times the last element are left out, because the horizon cuts the tip off.
@@ -32,12 +32,12 @@ def measure(quick: bool) -> dict[str, Any]:
     count = 500 if quick else 20000
     rng = np.random.default_rng(SEED)
     points = rng.uniform((-3.0, -3.0), (8.0, 6.0), (count, 2))
-    tip = 4.0 * 2.0 * (float(np.linalg.norm(center)) + RADIUS) / HORIZON**2
+    tip = 4.0 * 2.0 * (float(np.linalg.norm(center)) + RADIUS) / CONE_HORIZON**2
     points = points[np.linalg.norm(points - apex, axis=1) > tip]
     rows = []
     for relative in CONE:
         trajectory = ConstantAcceleration(CONE_POSITION, -np.array(relative), CONE_ACCELERATION)
-        inside = obstacle_of(trajectory, Acceleration(), HORIZON, (0.0, 0.0)).contains(points)
+        inside = obstacle_of(trajectory, Acceleration(), CONE_HORIZON, (0.0, 0.0)).contains(points)
         cone = in_cone(points, center, RADIUS, apex)
         rows.append(
             {
@@ -48,4 +48,4 @@ def measure(quick: bool) -> dict[str, Any]:
                 "judged_differently": int((inside != cone).sum()),
             }
         )
-    return {"seed": SEED, "horizon": HORIZON, "radius": RADIUS, "rows": rows}
+    return {"seed": SEED, "horizon": CONE_HORIZON, "radius": RADIUS, "rows": rows}

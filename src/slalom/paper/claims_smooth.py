@@ -40,7 +40,7 @@ def run_metrics(setting: Setting, seed: int, duration: float) -> dict[str, float
     return {name: METRICS[name](recording) for name in NAMES}
 
 
-def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
+def measure_smoothness(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
     """Measure means over the seeds, and count runs with a collision and runs that arrived."""
     settings, duration = (SETTINGS[-1:], 3.0) if quick else (SETTINGS, 60.0)
     work = [(setting, seed) for setting in settings for seed in range(seeds)]

@@ -34,7 +34,7 @@ from slalom.sim.measure.recording import RunLog, Step
 from slalom.sim.run.states import integrate
 
 RESPONSE: Final = Acceleration()
-ROBOT: Final = Disc(1.0)
+ROBOT_DISC: Final = Disc(1.0)
 UNREACHED_SPEED: Final = 1e3
 """[m/s] Speed limit that is never reached: the paper's definitions have no speed limit."""
 RIM_RADIUS: Final = 26.0
@@ -89,11 +89,11 @@ def decide(
 ) -> tuple[Array, str]:
     """Return the acceleration (2,) [m/s^2] of the next interval and its status; `current` is the one applied so far."""
     ball = admissible_ball((0.0, 0.0), rules.max_acceleration)
-    without_margin = ControlObstacle(RESPONSE, state, traffic, ROBOT)
+    without_margin = ControlObstacle(RESPONSE, state, traffic, ROBOT_DISC)
     if len(without_margin.overlapping):
         return (np.zeros(2) if current is None else current), "OVERLAPPING"
     blocked = ControlObstacle(
-        RESPONSE, state, traffic, ROBOT, np.clip(without_margin.initial_clearances - CONTACT_SLACK, 0.0, MARGIN)
+        RESPONSE, state, traffic, ROBOT_DISC, np.clip(without_margin.initial_clearances - CONTACT_SLACK, 0.0, MARGIN)
     )
     if rules.keep and current is not None and float(blocked.clearance(current)) >= -COMMITTED_SLACK:
         return current, "KEPT"
@@ -129,7 +129,7 @@ def run(
     current = None
     has_left = False
     reached = False
-    robot = Robot(ROBOT, Limits(UNREACHED_SPEED, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
+    robot = Robot(ROBOT_DISC, Limits(UNREACHED_SPEED, rules.max_acceleration), start, Goal(Stationary(goal), 1.0))
     scenario = Scenario("roundabout_crossing", (robot,), tuple(obstacles), dt=rules.replan, horizon=rules.horizon)
     log = RunLog(scenario, rules.method, 0, METHODS[rules.method].foresight)
     for k in range(round(max_duration / rules.replan)):

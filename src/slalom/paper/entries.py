@@ -176,7 +176,7 @@ _FIGURES: Final = (
 _CLAIMS: Final = (
     _claim(
         "curves",
-        lambda effort, advance: claims_road.measure(effort.quick, advance),
+        lambda effort, advance: claims_road.measure_curves(effort.quick, advance),
         "VO flags the car in the middle lane, NLVO does not; AO flags a car on the inner lane of a curve, NAO does "
         "not.",
         "Robot and car follow neighbouring lanes without end and never collide, so every alarm is false. Is the "
@@ -185,14 +185,14 @@ _CLAIMS: Final = (
     ),
     _claim(
         "crossing",
-        lambda effort, advance: claims_crossing.measure(effort.seeds, effort.jobs, effort.quick, advance),
+        lambda effort, advance: claims_crossing.measure_crossing(effort.seeds, effort.jobs, effort.quick, advance),
         "One acceleration chosen on the NAO map at the beginning crosses the roundabout without a collision.",
         "How often such an acceleration exists, and how often the first choice, if held, collides.",
         25.0,
     ),
     _claim(
         "sweep",
-        lambda effort, advance: sweep.measure(effort.seeds, effort.jobs, effort.quick, advance),
+        lambda effort, advance: sweep.measure_sweep(effort.seeds, effort.jobs, effort.quick, advance),
         "With NAO the roundabout is crossed without collisions. With AO the robot keeps adjusting its acceleration "
         "to avoid the nearest vehicles, and collides several times.",
         "The paper's controller: at every decision one constant acceleration, found exactly, outside the NAO or AO.",
@@ -200,7 +200,7 @@ _CLAIMS: Final = (
     ),
     _claim(
         "smoothness",
-        lambda effort, advance: claims_smooth.measure(effort.full_runs, effort.jobs, effort.quick, advance),
+        lambda effort, advance: claims_smooth.measure_smoothness(effort.full_runs, effort.jobs, effort.quick, advance),
         "AO and NAO account for the constraints of the robot's dynamics better than the NLVO can.",
         "Acceleration and jerk of slalom's navigator with each method in the same roundabout, all limited to 4 m/s² "
         "and 8 m/s. Is motion smoother if accelerations are chosen instead of velocities?",
@@ -208,7 +208,7 @@ _CLAIMS: Final = (
     ),
     _claim(
         "cone",
-        lambda effort, advance: claims_shape.measure(effort.quick),
+        lambda effort, advance: claims_shape.measure_cone(effort.quick),
         "For zero relative velocity the AO is a straight cone.",
         "Random accelerations: are they in the AO, and in the cone?",
         1.0,

@@ -32,7 +32,7 @@ def page(names: Sequence[str], results: Mapping[str, Result], quick: bool, links
     parts += ["## Contents", "\n".join(f"- [{entry.title}](#{entry.name}): `{entry.name}`" for entry in chosen)]
     if any(entry.draw for entry in chosen):
         parts.append("## Figures")
-        parts += [text for entry in chosen if entry.draw for text in _figure(entry, links)]
+        parts += [text for entry in chosen if entry.draw for text in _drawn(entry, links)]
     if results:
         parts.append("## Claims")
         for entry in chosen:
@@ -51,7 +51,7 @@ def _heading(entry: Entry) -> list[str]:
     ]
 
 
-def _figure(entry: Entry, links: str) -> list[str]:
+def _drawn(entry: Entry, links: str) -> list[str]:
     heading, *caption = _heading(entry)
     return [heading, _picture(entry, links), *caption]
 

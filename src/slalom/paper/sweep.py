@@ -9,7 +9,7 @@ from joblib import Parallel, delayed
 
 from slalom.paper.controller import Rules, run_metrics
 
-METHODS: Final = ("nao", "ao")
+SWEPT_METHODS: Final = ("nao", "ao")
 REPLANS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)
 """[s] Intervals between decisions."""
 LANE_SPEEDS: Final = (1.0, 1.5)
@@ -35,14 +35,14 @@ def cells(quick: bool = False) -> list[Cell]:
     )
     return [
         Cell(Rules(method, replan, neighbours, keep), speed)
-        for keep, neighbours, speed, replan, method in product(KEEPS, counts, speeds, replans, METHODS)
+        for keep, neighbours, speed, replan, method in product(KEEPS, counts, speeds, replans, SWEPT_METHODS)
     ]
 
 
 def sensitivity() -> list[Cell]:
     """Return variants of one cell (all cars, kept, replan 0.5 s) with other horizons and acceleration limits."""
-    horizons = [Cell(Rules(m, 0.5, horizon=h), 1.0) for h in (2.0, 3.0, 4.0, 8.0) for m in METHODS]
-    limits = [Cell(Rules(m, 0.5, max_acceleration=a), 1.0) for a in (2.0, 3.0, 6.0) for m in METHODS]
+    horizons = [Cell(Rules(m, 0.5, horizon=h), 1.0) for h in (2.0, 3.0, 4.0, 8.0) for m in SWEPT_METHODS]
+    limits = [Cell(Rules(m, 0.5, max_acceleration=a), 1.0) for a in (2.0, 3.0, 6.0) for m in SWEPT_METHODS]
     return horizons + limits
 
 
@@ -98,7 +98,7 @@ def aggregate(cell: Cell, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def measure(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
+def measure_sweep(seeds: int, jobs: int, quick: bool, advance: Callable[[float], None]) -> dict[str, Any]:
     """Measure the whole sweep and, with a third of the seeds, the variants of one of its cells."""
     grid = cells(quick)
     variants = sensitivity()[: 2 if quick else None]

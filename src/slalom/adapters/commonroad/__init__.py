@@ -8,14 +8,15 @@ orientation.
 
 from typing import Any, Final
 
-from slalom.adapters.commonroad import point_mass, single_track
+from slalom.adapters.commonroad.point_mass import drive_point_mass
 from slalom.adapters.commonroad.scene import Motion, in_goal
+from slalom.adapters.commonroad.single_track import drive_single_track
 from slalom.adapters.commonroad.solution import solution, write
 from slalom.base.checks import known
 
 __all__ = ["MODELS", "Motion", "in_goal", "solution", "solve", "write"]
 
-MODELS: Final = {"PM": point_mass.drive, "KS": single_track.drive}
+MODELS: Final = {"PM": drive_point_mass, "KS": drive_single_track}
 """Models of the car by their names in CommonRoad."""
 
 

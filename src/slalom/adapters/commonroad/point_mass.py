@@ -20,7 +20,7 @@ MAX_SPEED = 50.0
 """[m/s] of a car, as CommonRoad bounds it."""
 
 
-def drive(scenario: Any, problem: Any, max_acceleration: float, margin: float) -> Motion:
+def drive_point_mass(scenario: Any, problem: Any, max_acceleration: float, margin: float) -> Motion:
     """Motion of the point mass, see `solve`."""
     dt, start = float(scenario.dt), problem.initial_state
     first, last = int(start.time_step), int(problem.goal.state_list[0].time_step.end)

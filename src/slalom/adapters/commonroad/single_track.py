@@ -31,7 +31,7 @@ SPEED_RESERVE, SLOWEST = 1.25, 0.1
 """Largest speed of the car in units of the target's largest one; [m/s] least speed along a path."""
 
 
-def drive(scenario: Any, problem: Any, max_acceleration: float, margin: float) -> Motion:
+def drive_single_track(scenario: Any, problem: Any, max_acceleration: float, margin: float) -> Motion:
     """Motion of the single-track model, see `solve`."""
     dt, start = float(scenario.dt), problem.initial_state
     first, last = int(start.time_step), int(problem.goal.state_list[0].time_step.end)

@@ -2,17 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
+
+from slalom.adapters.ros import OCCUPIED
 
 if TYPE_CHECKING:
     from slalom.adapters.ros.node import Node
-
-
-OCCUPIED: Final = 65
-"""[%] Least value of an occupied cell of an occupancy grid by default, as map servers use it.
-
-Larger: fewer cells are obstacles. Unknown cells (-1) are decided apart.
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
