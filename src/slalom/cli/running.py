@@ -1,4 +1,4 @@
-"""`slalom run`."""
+"""`slalom run`, `slalom show` and `slalom export-scenario`."""
 
 import codecs
 import os
@@ -25,7 +25,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.recorded import Crossing, Look, Reading, drawable, is_recording, refuse_without, scenario_of
+from slalom.cli.options import Crossing, Look, Reading, drawable, is_recording, refuse_without, scenario_of
 from slalom.cli.report import run_text
 
 if TYPE_CHECKING:

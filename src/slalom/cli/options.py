@@ -1,4 +1,4 @@
-"""Options of the commands that read recordings."""
+"""Options that several commands share: reading of recordings, a robot in a recording, and figures."""
 
 import os
 from dataclasses import dataclass, fields
