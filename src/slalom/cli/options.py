@@ -218,18 +218,15 @@ RESOLUTION: Final = 300.0
 @Parameter(name="*", group=GROUP)
 @dataclass(frozen=True, kw_only=True)
 class VectorLook:
-    """Size and text of figures without pixels.
+    """Size and text of figures without pixels."""
 
-    Parameters
-    ----------
-    figure_width
-        Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes.
-    font_scale
-        Factor of all sizes of text.
-    """
-
-    figure_width: float | None = None
-    font_scale: float = 1.0
+    figure_width: Annotated[
+        float | None,
+        Parameter(
+            help="Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes."
+        ),
+    ] = None
+    font_scale: Annotated[float, Parameter(help="Factor of all sizes of text.")] = 1.0
 
     def __post_init__(self) -> None:
         from slalom.base.checks import positive
@@ -259,19 +256,9 @@ class VectorLook:
 @Parameter(name="*", group=GROUP)
 @dataclass(frozen=True, kw_only=True)
 class Look(VectorLook):
-    """Size and text of figures.
+    """Size and text of figures."""
 
-    Parameters
-    ----------
-    figure_width
-        Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes.
-    font_scale
-        Factor of all sizes of text.
-    resolution
-        Dots per inch of .png files.
-    """
-
-    resolution: float = RESOLUTION
+    resolution: Annotated[float, Parameter(help="Dots per inch of .png files.")] = RESOLUTION
 
     @property
     def dots(self) -> float:
