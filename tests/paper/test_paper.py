@@ -17,16 +17,7 @@ from slalom.choice.selection import select
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.forecast.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.model.limits import admissible_ball
-from slalom.paper import (
-    TITLES,
-    controller,
-    definitions,
-    entries,
-    findings,
-    oscillation,
-    road,
-    roundabout,
-)
+from slalom.paper import TITLES, controller, definitions, entries, findings, oscillation, road, roundabout
 from slalom.paper.controller import RIM_RADIUS, CarLanes, Rules, decide, hits, latest_collision, run
 from slalom.paper.entries import ENTRIES, page
 from slalom.sim.gallery import build

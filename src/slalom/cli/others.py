@@ -212,7 +212,7 @@ def compile_(
     loads kernels when it first uses them; `slalom.compile()` in Python loads all.
     """
     from slalom.base.checks import known, whole
-    from slalom.precompile import USES, compile as compile_uses
+    from slalom.computer import USES, compile as compile_uses
 
     for name in uses:
         known(name, "uses", list(USES))

@@ -10,7 +10,7 @@ from typing import Any, Final
 from slalom.base.checks import known
 from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.base.registry import Kind, Registry
-from slalom.io import cars, geographic, pedestrians, table, writers
+from slalom.io import pedestrians, table, vehicles, writers
 from slalom.io.recorded import RecordedTracks, Rows, tracks_of
 from slalom.io.table import beginning_of
 
@@ -58,9 +58,7 @@ def _geographic_header(name: str) -> Callable[[str, str], bool]:
 
     def recognises(suffix: str, line: str) -> bool:
         cells = {cell.strip().lower() for cell in next(csv.reader([line]), [])}
-        return name in cells and all(
-            cells.intersection(geographic.COLUMNS[field]) for field in ("latitude", "longitude")
-        )
+        return name in cells and all(cells.intersection(vehicles.COLUMNS[field]) for field in ("latitude", "longitude"))
 
     return recognises
 
@@ -129,23 +127,25 @@ FORMATS: Final = Registry[Format](
                 "drone",
                 "Drone data sets highD, inD, rounD, exiD and uniD: NN_tracks.csv.",
                 "car",
-                cars.drone,
-                f"a header with {','.join(cars.CENTRES)} or {','.join(cars.CORNERS)}",
-                lambda suffix, line: _header(*cars.CENTRES)(suffix, line) or _header(*cars.CORNERS)(suffix, line),
+                vehicles.drone,
+                f"a header with {','.join(vehicles.CENTRES)} or {','.join(vehicles.CORNERS)}",
+                lambda suffix, line: (
+                    _header(*vehicles.CENTRES)(suffix, line) or _header(*vehicles.CORNERS)(suffix, line)
+                ),
             ),
             Format(
                 "interaction",
                 "INTERACTION road users.",
                 "car",
-                cars.interaction,
-                f"a header with {','.join(cars.CASES)}",
-                _header(*cars.CASES),
+                vehicles.interaction,
+                f"a header with {','.join(vehicles.CASES)}",
+                _header(*vehicles.CASES),
             ),
             Format(
                 "commonroad",
                 "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles.",
                 "car",
-                cars.commonroad,
+                vehicles.commonroad,
                 "the suffix .xml",
                 lambda suffix, line: suffix == ".xml",
             ),
@@ -153,7 +153,7 @@ FORMATS: Final = Registry[Format](
                 "ais",
                 "Ships: tables with time, MMSI, latitude and longitude.",
                 "ship",
-                geographic.ais,
+                vehicles.ais,
                 "a header with mmsi, a latitude and a longitude",
                 _geographic_header("mmsi"),
             ),
@@ -161,7 +161,7 @@ FORMATS: Final = Registry[Format](
                 "adsb",
                 "Aircraft: tables with time, ICAO address, latitude, longitude and altitude.",
                 "aircraft",
-                geographic.adsb,
+                vehicles.adsb,
                 "a header with icao24, a latitude and a longitude",
                 _geographic_header("icao24"),
             ),
@@ -221,7 +221,7 @@ def write_recording(path: Path | str, tracks: RecordedTracks, format: str, **set
 
 def files_of(path: Path) -> list[Path]:
     """Return the file and the files that are read together with it."""
-    return [path, *cars.companions(path)]
+    return [path, *vehicles.companions(path)]
 
 
 def writer_settings(name: str) -> list[str]:
