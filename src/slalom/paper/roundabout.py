@@ -23,7 +23,18 @@ from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 from slalom.paper import drawing
-from slalom.paper.controller import MARGIN, RESPONSE, RIM_RADIUS, ROBOT_DISC, Rules, hits, preferred_acceleration, run
+from slalom.paper.controller import (
+    BATCH,
+    LANE_SPEEDS,
+    MARGIN,
+    RESPONSE,
+    RIM_RADIUS,
+    ROBOT_DISC,
+    Rules,
+    hits,
+    preferred_acceleration,
+    run,
+)
 from slalom.sim import Scenario, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import positions_at
@@ -39,8 +50,6 @@ START: Final = State((-RIM_RADIUS, 0.0), (5.0, 0.0))
 """Initial state on the rim, heading for the centre, as in the gallery."""
 LIMITS: Final = (2.0, 3.0, 4.0)
 """[m/s^2] Acceleration limits."""
-SPEEDS: Final = (1.0, 1.5)
-"""[1] Speed factors of the cars, times the gallery's 5, 6.5 and 8 m/s."""
 ENTRY_SPEEDS: Final = (3.0, 5.0, 8.0)
 """[m/s] Speeds of the robot on the rim."""
 CROSSING_HORIZON: Final = 12.0
@@ -49,7 +58,6 @@ STEP: Final = 0.1
 """[m/s^2] Spacing of the grid of accelerations."""
 COARSE_STEP: Final = 1.0
 """[m/s^2] Spacing of the preferred accelerations of the exact selection, which is used if the grid finds none."""
-BATCH: Final = 10
 
 
 def grid(limit: float, step: float = STEP) -> Array:
@@ -150,7 +158,7 @@ def measure_crossing(seeds: int, jobs: int, quick: bool, advance: Callable[[floa
     points = grid(max(LIMITS), 5.0 * STEP if quick else STEP)
     starts = [State(START.position, (v, 0.0)) for v in (ENTRY_SPEEDS[1:2] if quick else ENTRY_SPEEDS)]
     entries = [Crossings(start, points[crossing(points, start)]) for start in starts]
-    work = [(speed, seed) for speed in SPEEDS for seed in range(seeds)]
+    work = [(speed, seed) for speed in LANE_SPEEDS for seed in range(seeds)]
     rows = []
     calls = (delayed(one_seed)(seed, speed, entries) for speed, seed in work)
     for row in Parallel(n_jobs=jobs, return_as="generator", batch_size=BATCH)(calls):
@@ -158,7 +166,7 @@ def measure_crossing(seeds: int, jobs: int, quick: bool, advance: Callable[[floa
         advance(len(rows) / len(work))
     tables = [
         {"lane_speed": speed, **_counted([row for row, (v, _) in zip(rows, work) if v == speed], entries)}
-        for speed in SPEEDS
+        for speed in LANE_SPEEDS
     ]
     return {"seeds": seeds, "step": 5.0 * STEP if quick else STEP, "horizon": CROSSING_HORIZON, "tables": tables}
 

@@ -158,7 +158,7 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
 
     Observations and rewards are those of `worlds.Worlds`. An episode is terminated by arrival or collision, and
     truncated when the duration of the scenario has passed. `info` holds `outcome` (running, arrived, collision, time),
-    `is_success`, `clearance` [m] (see `clearance.least_clearances`) and `time` [s] since the start.
+    `is_success`, `clearance` [m] (see `worlds.least_clearances`) and `time` [s] since the start.
 
     Attributes:
         worlds: the state of the only robot, `worlds.position[0, 0]`.

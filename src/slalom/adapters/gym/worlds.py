@@ -364,7 +364,7 @@ class Transition(NamedTuple):
     """Result of a step of W worlds with R robots; 0 and inf for robots that did not act."""
 
     rewards: Array  # (W, R)
-    clearances: Array  # (W, R) [m], see `clearance.least_clearances`
+    clearances: Array  # (W, R) [m], see `least_clearances`
     outcomes: Indices  # (W, R) index in OUTCOMES
 
 
