@@ -23,9 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 
 from importlib import import_module
 
-from slalom.adapters.ros.bag import TWIST, Sent, as_sent, differences, read_bag, replay, write_bag
-from slalom.adapters.ros.definitions import store
-from slalom.adapters.ros.wire import Wire, serve
+from slalom.adapters.ros.messages import store
+from slalom.adapters.ros.topics import TWIST, Sent, Wire, as_sent, differences, read_bag, replay, serve, write_bag
 
 TOPICS = {
     "/tf": "tf2_msgs/msg/TFMessage",

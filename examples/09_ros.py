@@ -13,9 +13,9 @@ except ModuleNotFoundError:
 
 import numpy as np
 
-from slalom.adapters.ros.bag import Sent, as_sent, differences, read_bag, replay, stamped, write_bag
-from slalom.adapters.ros.definitions import store
-from slalom.adapters.ros.settings import NodeSettings
+from slalom.adapters.ros.messages import store
+from slalom.adapters.ros.shell import NodeSettings
+from slalom.adapters.ros.topics import Sent, as_sent, differences, read_bag, replay, stamped, write_bag
 from slalom.vehicle import Command, DifferentialDrive, Pose
 
 PERIOD, BODY, PERSON = 0.1, 0.25, 0.3

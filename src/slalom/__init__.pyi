@@ -23,6 +23,7 @@ from .choice.selection import (
     select_clearest as select_clearest,
     select_many as select_many,
 )
+from .computer import compile as compile, work_per_second as work_per_second
 from .decision import Decision as Decision, Outcome as Outcome
 from .decision.methods import METHODS as METHODS, Method as Method
 from .decision.navigator import Navigator as Navigator
@@ -129,6 +130,4 @@ from .perception.tracker import (
     Measurement as Measurement,
     Tracker as Tracker,
 )
-from .precompile import compile as compile
 from .vehicle.lag import AccelerationLag as AccelerationLag
-from .work_rate import work_per_second as work_per_second

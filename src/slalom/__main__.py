@@ -3,14 +3,12 @@
 import sys
 
 from slalom.base.errors import MissingExtra
-from slalom.base.extras import Extra
 
 
 def main() -> None:
     """Run the command line and exit; without its packages, name the extra with exit code 2."""
     try:
-        with Extra("sim", "slalom"):
-            from slalom.cli import main as run
+        from slalom.cli import main as run
     except MissingExtra as error:
         sys.stderr.write(f"{error}\n")
         sys.exit(2)

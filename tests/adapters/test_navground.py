@@ -12,7 +12,7 @@ from slalom.model.state import State
 
 core = pytest.importorskip("navground.core", reason="the package navground is not installed")
 sim = pytest.importorskip("navground.sim", reason="the package navground is not installed")
-agents = pytest.importorskip("slalom.adapters.navground.agent")
+agents = pytest.importorskip("slalom.adapters.navground")
 PERIOD = 0.1
 SINGLE = 2e-6  # positions of navground have single precision
 

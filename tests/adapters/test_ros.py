@@ -15,7 +15,7 @@ from slalom.cli import BAD_INPUT, DONE, FAILED, call
 pytest.importorskip("rosbags.highlevel", reason="the package rosbags is not installed: pip install 'slalom[ros]'")
 pytestmark = pytest.mark.adapters
 
-from slalom.adapters.ros import bag, definitions, wire  # noqa: E402
+from slalom.adapters.ros import messages as definitions, topics  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
 FLAGS = ["--radius", "0.25", "--track", "0.4", "--ahead", "0.4", "--max-speed", "1.4", "--max-acceleration", "4"]
@@ -44,7 +44,7 @@ def drive(example, tmp_path_factory) -> Path:
         commands.append(command)
         world.drive(float(command.linear[0]), command.angular)
     path = tmp_path_factory.mktemp("bags") / "drive"
-    bag.write_bag([*messages, *bag.as_sent(commands)], path)
+    topics.write_bag([*messages, *topics.as_sent(commands)], path)
     return path
 
 
@@ -54,18 +54,18 @@ def test_a_bag_gives_the_commands_of_the_first_run_to_the_bit(drive, tmp_path, c
     assert call([*given, "--out", str(table), "--figure", str(figure), "--json"]) == DONE
     assert '"commands": 60' in capsys.readouterr().out
     assert call([*given, "--out", str(again)]) == DONE
-    first, second = ([s.message for s in bag.read_bag(path, ["/cmd_vel"])] for path in (drive, again))
+    first, second = ([s.message for s in topics.read_bag(path, ["/cmd_vel"])] for path in (drive, again))
     assert len(first) == 60
-    assert [bag._numbers(twist) for twist in first] == [bag._numbers(twist) for twist in second]
+    assert [topics._numbers(twist) for twist in first] == [topics._numbers(twist) for twist in second]
     rows = [line.split(",") for line in table.read_text().splitlines()]
-    assert rows[0] == list(bag.COLUMNS)
+    assert rows[0] == list(topics.COLUMNS)
     assert [float(row[1]) for row in rows[1:]] == [twist.linear.x for twist in first]
     assert figure.stat().st_size > 10_000
 
 
 def test_the_share_of_the_messages_that_are_read_is_reported(drive):
     shares = []
-    read = list(bag.read_bag(drive, ["/odom"], shares.append))
+    read = list(topics.read_bag(drive, ["/odom"], shares.append))
     assert shares == [k / len(read) for k in range(1, len(read) + 1)]
 
 
@@ -117,13 +117,13 @@ def test_cyclonedds_and_rosbags_write_the_same_bytes(kind):
 
 def test_names_on_the_wire_are_those_of_ros():
     pytest.importorskip("cyclonedds", reason="the package cyclonedds is not installed: pip install 'slalom[ros]'")
-    topic = wire.Wire(31).writer("/odom", "nav_msgs/msg/Odometry").topic
+    topic = topics.Wire(31).writer("/odom", "nav_msgs/msg/Odometry").topic
     assert (topic.get_name(), topic.get_type_name()) == ("rt/odom", "nav_msgs::msg::dds_::Odometry_")
 
 
 def test_messages_come_in_the_order_in_which_they_were_written(example):
     pytest.importorskip("cyclonedds", reason="the package cyclonedds is not installed: pip install 'slalom[ros]'")
-    one, other, world = wire.Wire(32), wire.Wire(32), example.World(0)
+    one, other, world = topics.Wire(32), topics.Wire(32), example.World(0)
     kinds = {sent.topic: sent.kind for sent in world.seen()}
     writers = {topic: one.writer(topic, kind) for topic, kind in kinds.items()}
     for topic, kind in kinds.items():
@@ -138,7 +138,7 @@ def test_messages_come_in_the_order_in_which_they_were_written(example):
 
 def test_a_map_is_kept_for_a_reader_that_comes_later(example):
     pytest.importorskip("cyclonedds", reason="the package cyclonedds is not installed: pip install 'slalom[ros]'")
-    one, other, world = wire.Wire(33), wire.Wire(33), example.World(0)
+    one, other, world = topics.Wire(33), topics.Wire(33), example.World(0)
     # A writer that is gone keeps nothing.
     writers = [(one.writer(sent.topic, sent.kind), sent.message) for sent in world.beginning()]
     for writer, message in writers:

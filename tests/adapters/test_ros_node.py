@@ -23,7 +23,7 @@ from ros_messages import (
 from slalom import Disc, Polygon, Polyline, Rectangle
 from slalom.adapters.ros.messages import Frames, odometry
 from slalom.adapters.ros.node import Node
-from slalom.adapters.ros.settings import NodeSettings
+from slalom.adapters.ros.shell import NodeSettings
 from slalom.adapters.ros.tracked import covering_polygons, grid_polygons, markers, objects, obstacles
 from slalom.base.errors import InvalidInput
 

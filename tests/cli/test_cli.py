@@ -26,7 +26,7 @@ from slalom.decision.objective import OBJECTIVES
 from slalom.forecast.forecast import foresight_of
 from slalom.io.formats import FORMATS
 from slalom.io.table import SAMPLES, sample_data
-from slalom.paper.titles import TITLES
+from slalom.paper import TITLES
 from slalom.peers import CONTENDERS, PEERS, contender
 from slalom.sim import Recording, load, simulate
 from slalom.sim.gallery import GALLERY

@@ -9,7 +9,7 @@ import pytest
 
 from slalom.cli import app, call
 from slalom.cli.console import DONE
-from slalom.cli.listing import TABLES
+from slalom.cli.others import TABLES
 from slalom.cli.report import milliseconds
 
 ROOT = Path(__file__).parents[2]

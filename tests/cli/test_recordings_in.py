@@ -13,7 +13,7 @@ from draws import draws
 from test_formats import RECORDED, SAMPLES, WALK, recorded
 
 from slalom import FORESIGHTS, METHODS, Ball, Circular, Disc, Limits, Obstacle, Rectangle, State, Stationary, method
-from slalom.cli.recorded import Crossing, Reading
+from slalom.cli.options import Crossing, Reading
 from slalom.cli.running import RECORDING_METHOD
 from slalom.io.formats import FORMATS, format_of_suffix, read_recording, write_recording
 from slalom.io.recorded import Agent, RecordedTracks

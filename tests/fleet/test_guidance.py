@@ -8,7 +8,7 @@ from draws import draws
 from fleets import guidance_in
 
 from slalom import METHODS, Disc, Fleet, Goal, Limits, Obstacle, Polyline, State, Stationary
-from slalom.kernels.guidance.grid_astar import (
+from slalom.kernels.guidance.grid import (
     BUCKET_WIDTH,
     PARKED_COST,
     WALL_COST,

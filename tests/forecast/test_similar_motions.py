@@ -9,13 +9,7 @@ from slalom import Disc, FromModels, InvalidInput, Obstacle, ObstacleWindow, Sam
 from slalom.base.checks import Array
 from slalom.base.tolerances import SIMILAR_VELOCITY_SPAN
 from slalom.kernels.arrays import TrackSamples
-from slalom.kernels.crowd.similar_motions import (
-    SIMILAR_CANDIDATES,
-    SIMILAR_DOUBT,
-    SIMILAR_PLACE,
-    SIMILAR_REACH,
-    SIMILAR_VELOCITY,
-)
+from slalom.kernels.crowd import SIMILAR_CANDIDATES, SIMILAR_DOUBT, SIMILAR_PLACE, SIMILAR_REACH, SIMILAR_VELOCITY
 from slalom.model.trajectory import Trajectory
 from slalom.obstacle.predicted import futures
 

@@ -18,9 +18,9 @@ from hypothesis import given, settings, strategies as st
 
 from slalom import ConstantVelocity, InvalidFile, InvalidInput, Sampled
 from slalom.io.formats import FORMATS, read_recording, write_recording
-from slalom.io.geographic import project
 from slalom.io.recorded import Agent, RecordedTracks, tracks_at
 from slalom.io.table import read_tracks, sample_data
+from slalom.io.vehicles import project
 
 RECORDED = Path(os.environ.get("SLALOM_DATA", Path(__file__).parents[3] / "shared" / "data"))
 recorded = pytest.mark.skipif(not RECORDED.is_dir(), reason=f"no recordings at {RECORDED}: they are not part of slalom")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from slalom import InvalidFile
-from slalom.io.polynomials import read_polynomials
+from slalom.io.table import read_polynomials
 
 TWO = """\
 duration,x^0,x^1,x^2,x^3,y^0,y^1,y^2,y^3,yaw^0,yaw^1,

@@ -46,10 +46,9 @@ from slalom.base.registry import Kind, Registry
 from slalom.cli.viewing import view
 from slalom.io.table import sample_data
 from slalom.live import session as edits
-from slalom.live.export import export, robot_of
 from slalom.live.messages import pack, renderer
 from slalom.live.notebook import widget
-from slalom.live.recorded import as_recorded, recorded
+from slalom.live.recorded import as_recorded, export, recorded, robot_of
 from slalom.live.seen import decisions
 from slalom.live.session import Session
 from slalom.model.bounds import BOUNDS
@@ -221,7 +220,7 @@ def unknown_setting(_: Path) -> object:
 
 def goal_without_position(_: Path) -> object:
     """A planning problem of CommonRoad with a goal in time only."""
-    from slalom.adapters.commonroad.scene import target
+    from slalom.adapters.commonroad import target
 
     goal = SimpleNamespace(state_list=[SimpleNamespace(has_value=lambda name: False)])
     return target(SimpleNamespace(planning_problem_id=7, initial_state=None, goal=goal), 0.1)
@@ -229,7 +228,7 @@ def goal_without_position(_: Path) -> object:
 
 def unknown_shape(_: Path) -> object:
     """An obstacle of CommonRoad with a shape that slalom does not read."""
-    from slalom.adapters.commonroad.scene import _shape
+    from slalom.adapters.commonroad import _shape
 
     return _shape(SimpleNamespace(obstacle_id=3, obstacle_shape=3.0))
 

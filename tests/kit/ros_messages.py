@@ -11,11 +11,11 @@ import numpy as np
 
 from slalom import Disc, Goal, Limits, Navigator, State, Stationary, method
 from slalom.adapters.mavlink import setpoint
-from slalom.adapters.ros import bag
-from slalom.adapters.ros.drive import figure
+from slalom.adapters.ros import topics
 from slalom.adapters.ros.messages import Frames, odometry
 from slalom.adapters.ros.node import Node
-from slalom.adapters.ros.settings import NodeSettings
+from slalom.adapters.ros.shell import NodeSettings
+from slalom.adapters.ros.topics import figure
 from slalom.adapters.ros.tracked import markers, objects, obstacles
 from slalom.cli.others import replay
 from slalom.vehicle import DifferentialDrive
@@ -108,8 +108,8 @@ def no_bag(folder: Path) -> object:
 
     reader = Message(AnyReader=missing, AnyReaderError=KeyError)
     found = {"rosbags": Message(highlevel=reader), "rosbags.highlevel": reader}
-    with patch.dict(sys.modules, found), patch.object(bag, "store"):
-        return list(bag.read_bag(folder / "drive"))
+    with patch.dict(sys.modules, found), patch.object(topics, "store"):
+        return list(topics.read_bag(folder / "drive"))
 
 
 def bag_that_exists(folder: Path) -> object:
@@ -120,7 +120,7 @@ def bag_that_exists(folder: Path) -> object:
 
     writer = Message(Writer=exists, WriterError=KeyError, StoragePlugin=Message(MCAP=1))
     with patch.dict(sys.modules, {"rosbags": Message(rosbag2=writer), "rosbags.rosbag2": writer}):
-        return bag.write_bag([], folder)
+        return topics.write_bag([], folder)
 
 
 BAGS: list[tuple[str, str, Callable[[Path], object]]] = [
@@ -134,12 +134,12 @@ PERIODS = Navigator(method("nao"), Disc(0.3), Limits(1.0, 1.0), period=0.2)
 OF_ADAPTERS: list[tuple[str, str, Callable[[Path], object]]] = [
     ("setpoint", r"decision: expected one in space, found dimension 2", in_the_plane),
     ("Extra.__exit__", r"ros: .*slalom\[ros\]", without_rosbags),
-    ("_taken", r"topics: expected some of /a; found /b", lambda _: bag._taken({"/a": bag.ODOMETRY}, ["/b"])),
-    ("_taken", r"topics: expected some with nav_.*; found x/msg/Y", lambda _: bag._taken({"/a": "x/msg/Y"}, ["/a"])),
+    ("_taken", r"topics: expected some of /a; found /b", lambda _: topics._taken({"/a": topics.ODOMETRY}, ["/b"])),
+    ("_taken", r"topics: expected some with nav_.*; found x/msg/Y", lambda _: topics._taken({"/a": "x/msg/Y"}, ["/a"])),
     (
         "_taken",
         r"topics: expected one with odometry, found /a, /b",
-        lambda _: bag._taken({"/b": bag.ODOMETRY, "/a": bag.ODOMETRY}, None),
+        lambda _: topics._taken({"/b": topics.ODOMETRY, "/a": topics.ODOMETRY}, None),
     ),
     ("figure", r"--figure: expected at least 2 commands to draw, found 0", lambda _: figure([], Disc(1.0))),
     ("nanoseconds", r"odometry\.header\.stamp: expected a time above 0, found 0 ns", lambda _: odometry(odom(0.0))),

@@ -13,9 +13,8 @@ from live_views import WEB, crossing, drawn_region, kinds
 
 from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, State, method
 from slalom.live.control_space import Fields, Plane
-from slalom.live.export import export, messages
 from slalom.live.messages import pack, quantised, renderer, unpack
-from slalom.live.recorded import as_recorded, recorded
+from slalom.live.recorded import as_recorded, export, messages, recorded
 from slalom.live.seen import decisions, seen_alone, seen_among, state_at
 from slalom.live.session import Session, dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.model.trajectory import Circular

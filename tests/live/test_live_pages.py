@@ -12,9 +12,8 @@ import shapely
 from live_views import APP, crossing, drawn_region, in_browser, opened, serving
 
 from slalom import method
-from slalom.live.export import export
 from slalom.live.messages import renderer
-from slalom.live.recorded import recorded
+from slalom.live.recorded import export, recorded
 from slalom.live.seen import decisions, seen_alone, state_at
 from slalom.sim import Recording, gallery, read_scenario, simulate
 

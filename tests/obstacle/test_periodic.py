@@ -22,7 +22,7 @@ from slalom import (
     Stationary,
     Tracks,
 )
-from slalom.kernels.guidance.plane import is_free
+from slalom.kernels.guidance.grid import is_free
 from slalom.model.path import Path
 from slalom.obstacle.periodic import between, displaced, images_near, neighbours, to_nearest
 from slalom.sim import Recording, Robot, Scenario, gallery, metrics, read_scenario, simulate

@@ -17,27 +17,9 @@ from slalom.choice.selection import select
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.forecast.forecast import AtConstantAcceleration, AtConstantVelocity
 from slalom.model.limits import admissible_ball
-from slalom.paper import (
-    claims_crossing,
-    claims_oscillation,
-    claims_road,
-    claims_shape,
-    claims_smooth,
-    controller,
-    findings_oscillation,
-    findings_smooth,
-    obstacles,
-    oscillation,
-    road,
-    roundabout,
-    sweep,
-    work,
-)
-from slalom.paper.car_lanes import CarLanes
-from slalom.paper.controller import RIM_RADIUS, Rules, decide, hits, latest_collision, run
-from slalom.paper.entries import ENTRIES
-from slalom.paper.page import page
-from slalom.paper.titles import TITLES
+from slalom.paper import TITLES, controller, definitions, entries, findings, oscillation, road, roundabout
+from slalom.paper.controller import RIM_RADIUS, CarLanes, Rules, decide, hits, latest_collision, run
+from slalom.paper.entries import ENTRIES, page
 from slalom.sim.gallery import build
 
 pytestmark = pytest.mark.paper
@@ -121,13 +103,13 @@ def test_the_roundabouts_label_their_marks_within_the_limit() -> None:
 
 def test_a_figure_is_the_same_file_every_time(tmp_path: Path) -> None:
     for folder in ("a", "b"):
-        work.make(["curved_road"], tmp_path / folder, work.Effort(), progress=nothing)
+        entries.make(["curved_road"], tmp_path / folder, entries.Effort(), progress=nothing)
     assert (tmp_path / "a" / "curved_road.svg").read_bytes() == (tmp_path / "b" / "curved_road.svg").read_bytes()
 
 
 def test_progress_grows_to_the_whole(tmp_path: Path) -> None:
     shares: list[float] = []
-    work.make(["cone", "curves", "temporal_element"], tmp_path, work.Effort(1, 1, True), progress=shares.append)
+    entries.make(["cone", "curves", "temporal_element"], tmp_path, entries.Effort(1, 1, True), progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert len(shares) > 5
@@ -150,7 +132,7 @@ def test_a_folder_that_is_a_file_is_refused(capsys: pytest.CaptureFixture, tmp_p
 def test_the_page_links_to_the_folder_of_the_files(tmp_path: Path) -> None:
     at, out = tmp_path / "docs" / "paper.md", tmp_path / "docs" / "images" / "paper"
     at.parent.mkdir()
-    work.make(["cone", "temporal_element"], out, work.Effort(1, 1, True), page_path=at, progress=nothing)
+    entries.make(["cone", "temporal_element"], out, entries.Effort(1, 1, True), page_path=at, progress=nothing)
     for target in re.findall(r"\]\(([^)#]+)\)", at.read_text()):
         assert (at.parent / target).exists(), target
 
@@ -172,17 +154,17 @@ def holds(rows: list[dict], made: dict) -> bool:
 def test_the_results_of_the_page_are_those_of_this_version() -> None:
     """One row of each claim whose runs are simulated, made again: the numbers of the page."""
     kept = stored("oscillation")
-    cell = next(one for one in claims_oscillation.cells() if one[:3] == ("nao", "both", 4))
-    runs = [claims_oscillation.run_metrics(cell, seed, kept["duration"]) for seed in range(kept["seeds"])]
-    assert holds(kept["rows"], claims_oscillation.aggregate(cell, runs))
+    cell = next(one for one in oscillation.cells() if one[:3] == ("nao", "both", 4))
+    runs = [oscillation.run_metrics(cell, seed, kept["duration"]) for seed in range(kept["seeds"])]
+    assert holds(kept["rows"], oscillation.aggregate(cell, runs))
 
-    kept, setting = stored("smoothness"), claims_smooth.SETTINGS[-1]
-    runs = [claims_smooth.run_metrics(setting, seed, kept["duration"]) for seed in range(kept["seeds"])]
-    means = {name: float(np.mean([run[name] for run in runs])) for name in claims_smooth.NAMES[2:]}
+    kept, setting = stored("smoothness"), roundabout.SETTINGS[-1]
+    runs = [roundabout.run_metrics(setting, seed, kept["duration"]) for seed in range(kept["seeds"])]
+    means = {name: float(np.mean([run[name] for run in runs])) for name in roundabout.NAMES[2:]}
     assert holds(kept["rows"], {**setting._asdict(), **means})
 
-    kept, quick = stored("sweep"), sweep.cells()[-1]
-    assert holds(kept["rows"], sweep.aggregate(quick, sweep.metrics_of_seeds(quick, range(kept["seeds"]))))
+    kept, quick = stored("sweep"), controller.cells()[-1]
+    assert holds(kept["rows"], controller.aggregate(quick, controller.metrics_of_seeds(quick, range(kept["seeds"]))))
 
 
 def test_titles_are_those_of_the_entries() -> None:
@@ -196,9 +178,9 @@ def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
     folder = DOCS / "images" / "paper"
     text = (DOCS / "paper.md").read_text()
     assert re.findall(r": `(\w+)`$", text, re.M) == list(ENTRIES)
-    assert text == page(list(ENTRIES), work.read_results(folder), False, "images/paper/")
+    assert text == page(list(ENTRIES), entries.read_results(folder), False, "images/paper/")
     assert all((folder / f"{name}.svg").exists() for name, entry in ENTRIES.items() if entry.draw or entry.plot)
-    assert work.read_results(folder)["sweep"]["seeds"] == 100
+    assert entries.read_results(folder)["sweep"]["seeds"] == 100
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -206,11 +188,11 @@ def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
 
 
 def test_velocities_in_the_figures_are_inside_and_outside() -> None:
-    v = obstacles.ROBOT_VELOCITY
-    kept = AtConstantVelocity()(obstacles.CIRCLE, 0.0)
-    assert obstacles.obstacle_of(obstacles.LINE, Velocity()).contains(v)
-    assert obstacles.obstacle_of(kept, Velocity()).contains(v)
-    assert not obstacles.obstacle_of(obstacles.CIRCLE, Velocity()).contains(v)
+    v = definitions.ROBOT_VELOCITY
+    kept = AtConstantVelocity()(definitions.CIRCLE, 0.0)
+    assert definitions.obstacle_of(definitions.LINE, Velocity()).contains(v)
+    assert definitions.obstacle_of(kept, Velocity()).contains(v)
+    assert not definitions.obstacle_of(definitions.CIRCLE, Velocity()).contains(v)
     state = build("curved_road").robot.state
     flagged = [
         road.control_obstacle_of(build("curved_road"), method).times_to_collision(state.velocity)
@@ -221,19 +203,19 @@ def test_velocities_in_the_figures_are_inside_and_outside() -> None:
 
 
 def test_the_robot_that_follows_its_lane_is_in_the_ao_only() -> None:
-    acceleration = obstacles.LANE.acceleration(0.0)
-    assert obstacles.LANE.velocity(0.0) == pytest.approx(obstacles.CAR_ROBOT)
-    for trajectory, inside in ((AtConstantAcceleration()(obstacles.CAR, 0.0), True), (obstacles.CAR, False)):
-        horizon, radius = obstacles.CAR_HORIZON, obstacles.CAR_RADIUS
-        blocked = obstacles.obstacle_of(trajectory, controller.RESPONSE, horizon, obstacles.CAR_ROBOT, radius)
+    acceleration = definitions.LANE.acceleration(0.0)
+    assert definitions.LANE.velocity(0.0) == pytest.approx(definitions.CAR_ROBOT)
+    for trajectory, inside in ((AtConstantAcceleration()(definitions.CAR, 0.0), True), (definitions.CAR, False)):
+        horizon, radius = definitions.CAR_HORIZON, definitions.CAR_RADIUS
+        blocked = definitions.obstacle_of(trajectory, controller.RESPONSE, horizon, definitions.CAR_ROBOT, radius)
         assert bool(blocked.contains(acceleration)) == inside
 
 
 def test_the_drawn_crossing_is_clear_and_the_drawn_exit_hits_no_car() -> None:
     scenario = build("roundabout_crossing", seed=roundabout.CROSSING_SEED)
     chosen = roundabout.one_acceleration(scenario)
-    assert claims_crossing.clearances(scenario.obstacles, chosen[None])[0] >= roundabout.DRAWN_CLEARANCE
-    assert claims_crossing.crossing(chosen[None]).all()
+    assert roundabout.clearances(scenario.obstacles, chosen[None])[0] >= roundabout.DRAWN_CLEARANCE
+    assert roundabout.crossing(chosen[None]).all()
     goal = np.array([0.0, RIM_RADIUS])
     rules = Rules("nao", roundabout.REPLAN, keep=False, horizon=roundabout.HORIZON)
     done = run(rules, build("roundabout_exit", seed=roundabout.EXIT_SEED).obstacles, START, goal)
@@ -323,14 +305,14 @@ def test_the_latest_collision_is_not_beaten_by_samples() -> None:
 
 
 def test_jobs_do_not_change_the_sweep() -> None:
-    rows = sweep.cells(quick=True)[:2]
-    one, two = (sweep.table(rows, 12, jobs, nothing) for jobs in (1, 2))
+    rows = controller.cells(quick=True)[:2]
+    one, two = (controller.table(rows, 12, jobs, nothing) for jobs in (1, 2))
     assert json.dumps(one) == json.dumps(two)
     assert [row["runs"] for row in one] == [12, 12]
 
 
 def test_the_sweep_has_every_row_of_the_issue_once() -> None:
-    rows = sweep.cells()
+    rows = controller.cells()
     assert len(rows) == len(set(rows)) == 2 * 5 * 2 * 2 * 2
 
 
@@ -345,7 +327,7 @@ def test_rows_are_aggregated() -> None:
         | {"hits": 2, "clearance": -1.0, "adjustments": 4, "decisions": 30, "delayed": 10}
         | {"time": 15.0, "out": False, "far_side": False},
     ]
-    row = sweep.aggregate(sweep.cells()[0], runs)
+    row = controller.aggregate(controller.cells()[0], runs)
     assert (row["runs"], row["runs_with_collision"], row["cars_hit"]) == (2, 1, 2)
     assert (row["left_the_ring"], row["far_side"], row["time"]) == (1, 1, 5.0)
     assert (row["adjustments"], row["adjustments_per_second"]) == (2.5, 0.25)
@@ -358,12 +340,12 @@ def test_rows_are_aggregated() -> None:
 )
 def test_which_accelerations_cross(acceleration: tuple[float, float], crosses: bool) -> None:
     """Straight on and nearly so; not back, not to the sides."""
-    assert claims_crossing.crossing(np.array([acceleration])).tolist() == [crosses]
+    assert roundabout.crossing(np.array([acceleration])).tolist() == [crosses]
 
 
 def test_crossings_past_a_standing_car() -> None:
     """Straight on hits it; a bend clears it by what geometry says."""
-    found = claims_crossing.clearances([LONE], np.array([[0.0, 0.0], [0.0, 4.0]]))
+    found = roundabout.clearances([LONE], np.array([[0.0, 0.0], [0.0, 4.0]]))
     t = np.linspace(0, 12, 200001)
     away = np.column_stack([-RIM_RADIUS + 5.0 * t, 2.0 * t * t]) - (-12.0, 0.0)
     assert found[0] == pytest.approx(-2.0, abs=1e-5)
@@ -371,15 +353,15 @@ def test_crossings_past_a_standing_car() -> None:
 
 
 def test_jobs_do_not_change_the_crossings() -> None:
-    one, two = (claims_crossing.measure(3, jobs, True, nothing) for jobs in (1, 2))
+    one, two = (roundabout.measure_crossing(3, jobs, True, nothing) for jobs in (1, 2))
     assert json.dumps(one) == json.dumps(two)
 
 
 def test_alarms_on_a_road_known_by_hand() -> None:
     """A car right behind on the inner lane points at the robot's way; one on the far side of the circle does not."""
-    question = claims_road.QUESTIONS["velocity"]
-    cars = claims_road.cars(20.0, 8.0, -1.0, [-8.0, 60.0], [1.3])
-    found = claims_road.alarms(question, 20.0, 8.0, cars, 3.0)
+    question = road.QUESTIONS["velocity"]
+    cars = road.cars(20.0, 8.0, -1.0, [-8.0, 60.0], [1.3])
+    found = road.alarms(question, 20.0, 8.0, cars, 3.0)
     for k, car in enumerate(cars):
         t = np.linspace(0.0, 3.0, 3001)[:, None]
         own = np.array([20.0, 0.0]) + t * (0.0, 8.0)
@@ -387,7 +369,7 @@ def test_alarms_on_a_road_known_by_hand() -> None:
         along = car.trajectory.position(t[:, 0])
         for forecast, path in enumerate((straight, along)):
             assert bool(found[forecast, k]) == bool((np.linalg.norm(path - own, axis=1) < 2.5).any())
-    assert claims_road.counted(np.array([[True, True, False], [True, False, True]])) == {
+    assert road.counted(np.array([[True, True, False], [True, False, True]])) == {
         "cases": 3,
         "first": 2,
         "second": 2,
@@ -398,7 +380,7 @@ def test_alarms_on_a_road_known_by_hand() -> None:
 
 def test_cars_that_follow_their_lanes_do_not_collide() -> None:
     """So that every alarm is a false one."""
-    least = claims_road.LANE - claims_road.ROBOT.bounding_radius - claims_road.CAR.bounding_radius
+    least = road.LANE - road.ROBOT_DISC.bounding_radius - road.CAR.bounding_radius
     assert least > 0.0
 
 
@@ -406,8 +388,8 @@ def test_the_cone_by_hand_and_the_claim() -> None:
     apex, position = np.array([1.0, 1.0]), np.array([2.0, 0.0])
     points = np.array([[3.0, 1.0], [0.0, 1.0], [2.0, 1.5], [2.0, 1.7]])
     # Half-angle 30 degrees: at 1 ahead of the apex it is tan 30 = 0.577 wide.
-    assert claims_shape.in_cone(points, position, 1.0, apex).tolist() == [True, False, True, False]
-    rows = claims_shape.measure(quick=True)["rows"]
+    assert definitions.in_cone(points, position, 1.0, apex).tolist() == [True, False, True, False]
+    rows = definitions.measure_cone(quick=True)["rows"]
     assert rows[0]["judged_differently"] == 0
     assert min(row["judged_differently"] for row in rows[1:]) > 0
 
@@ -419,22 +401,22 @@ def test_the_cone_by_hand_and_the_claim() -> None:
 @pytest.fixture(scope="module")
 def swaps() -> dict:
     """A coarse study."""
-    return claims_oscillation.measure(1, 1, True, nothing)
+    return oscillation.measure(1, 1, True, nothing)
 
 
 def test_the_study_of_oscillations_has_every_row_once() -> None:
-    cells = claims_oscillation.cells()
-    methods, selections = claims_oscillation.NAMES, claims_oscillation.SELECTIONS
+    cells = oscillation.cells()
+    methods, selections = oscillation.NAMES, oscillation.SELECTIONS
     assert len(cells) == len(set(cells)) == len(methods) * (4 * len(selections) - 1)
     assert {cell.robots for cell in cells} == {2, 4, 8, 20}
     assert not any(METHODS[cell.method].shared for cell in cells)
 
 
-@pytest.mark.parametrize("selection", claims_oscillation.SELECTIONS)
+@pytest.mark.parametrize("selection", oscillation.SELECTIONS)
 def test_selections_are_what_they_are_called(selection: str) -> None:
     """Nothing but patience and guidance differs from the gallery; both are on by default."""
-    cell = claims_oscillation.Cell("nao", selection, 2)
-    made = claims_oscillation.run(cell, 3, 1.0).parameters
+    cell = oscillation.Cell("nao", selection, 2)
+    made = oscillation.run(cell, 3, 1.0).parameters
     default = build("circle")
     given = {"patience": made.get("patience", default.patience), "guided": made.get("guided", default.guided)}
     assert (given["patience"] > 0.0) == (selection in ("kept", "both"))
@@ -443,22 +425,22 @@ def test_selections_are_what_they_are_called(selection: str) -> None:
 
 
 def test_jobs_do_not_change_the_study_of_oscillations(swaps: dict) -> None:
-    assert json.dumps(claims_oscillation.measure(1, 2, True, nothing)) == json.dumps(swaps)
+    assert json.dumps(oscillation.measure(1, 2, True, nothing)) == json.dumps(swaps)
 
 
 def test_runs_of_the_study_are_aggregated() -> None:
     """Two runs of two robots by hand, of which one does not arrive."""
-    cell = claims_oscillation.Cell("vo", "greedy", 2)
+    cell = oscillation.Cell("vo", "greedy", 2)
     each = {"pairs_that_pass": 1, "pairs_that_flip": 1, "changed": 0.5}
     runs = [
         each | {"side_flips": 2.0, "heading_variation": 1.0, "collisions": 0, "arrived": 2, "time": 21.0},
         each | {"side_flips": 4.0, "heading_variation": 3.0, "collisions": 1, "arrived": 1, "time": 100.0},
     ]
-    row = claims_oscillation.aggregate(cell, runs)
+    row = oscillation.aggregate(cell, runs)
     assert (row["side_flips"], row["heading_variation"], row["changed"]) == (3.0, 2.0, 0.5)
     assert (row["runs"], row["arrived"], row["collisions"], row["time"]) == (2, 3, 1, 21.0)
     assert (row["pairs_that_pass"], row["pairs_that_flip"]) == (2, 2)
-    assert claims_oscillation.aggregate(cell, runs[1:])["time"] is None
+    assert oscillation.aggregate(cell, runs[1:])["time"] is None
 
 
 def test_the_verdict_follows_the_numbers(swaps: dict) -> None:
@@ -468,7 +450,7 @@ def test_the_verdict_follows_the_numbers(swaps: dict) -> None:
         rows = [row | {"side_flips": flips[row["selection"]]} for row in swaps["rows"]]
         if of_many:
             rows += [row | {"robots": swaps["many"], "side_flips": of_many[row["selection"]]} for row in swaps["rows"]]
-        return " ".join(" ".join(findings_oscillation.oscillation(swaps | {"rows": rows})).split())
+        return " ".join(" ".join(findings.oscillation(swaps | {"rows": rows})).split())
 
     assert "The claim holds" in verdict({"greedy": 8.0, "both": 0.5})
     assert "leaves 6 % of the side flips" in verdict({"greedy": 8.0, "both": 0.5})
@@ -492,7 +474,7 @@ def test_the_conclusion_on_smoothness_follows_the_numbers() -> None:
             }
             for name, value in jerk.items()
         ]
-        return findings_smooth._effects(rows)
+        return findings._effects(rows)
 
     lower = conclusion(vo=10.0, nlvo=4.0, ao=8.0, nao=3.0)
     assert "mean jerk is lower if accelerations are chosen. With the same forecast, AO and NAO have 75 to 80 %" in lower

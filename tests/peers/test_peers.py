@@ -30,7 +30,7 @@ from slalom import (
 )
 from slalom.cli import BAD_INPUT, DONE, call
 from slalom.peers import PEERS, Discs, Peer, Team, contender, discs, outlines
-from slalom.peers.others import Behaviours
+from slalom.peers.methods import Behaviours
 from slalom.sim import Recording, Robot, Scenario, compare, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import closest_approaches, single_robot_view

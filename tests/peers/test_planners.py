@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings, strategies as st
 from slalom import ConstantVelocity, Disc, Goal, InvalidInput, Limits, Obstacle, State, Stationary
 from slalom.peers import PEERS, Discs, Team
 from slalom.peers.crowd import surroundings
-from slalom.peers.planners import BarrierFilter, DynamicWindow, PathIntegral
+from slalom.peers.methods import BarrierFilter, DynamicWindow, PathIntegral
 from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 

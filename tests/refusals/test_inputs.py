@@ -105,7 +105,7 @@ from slalom import (
 from slalom.base import checks
 from slalom.base.extras import require
 from slalom.cli import console
-from slalom.io import polynomials, table
+from slalom.io import table, table as polynomials
 from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.pedestrians import rows_of_queries
 from slalom.io.recorded import Agent, RecordedTracks
@@ -345,7 +345,7 @@ CROSS = ("run", "{}/a.csv", "--start", "0,0", "--goal", "9,9")
 def behaviour(kind: str, **settings) -> object:
     """A team of one robot in navground."""
     team = peers.Team(np.array([1.0]), np.array([2.0]), np.array([2.0]), 0.1)
-    return peers.others.Behaviours(team, kind, time_horizon=10.0, **settings)
+    return peers.methods.Behaviours(team, kind, time_horizon=10.0, **settings)
 
 
 def bounded() -> Scenario:
@@ -1181,7 +1181,7 @@ CASES = [
         "with_parameters",
         InvalidInput,
         r"method: expected plain alone, which has no parameters; found 'tau'",
-        lambda _: peers.planners.with_parameters(len, {"tau": 1.0}, "plain"),
+        lambda _: peers.methods.with_parameters(len, {"tau": 1.0}, "plain"),
     ),
     # Numbers.
     Case("array", InvalidInput, r"position: expected numbers, found 'here'", lambda _: State("here", (0, 0))),

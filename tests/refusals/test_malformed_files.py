@@ -21,8 +21,7 @@ from slalom.base.errors import MESSAGE_LINE
 from slalom.cli import call
 from slalom.io.formats import read_recording
 from slalom.io.pedestrians import read_cases
-from slalom.io.polynomials import read_polynomials
-from slalom.io.table import read_tracks
+from slalom.io.table import read_polynomials, read_tracks
 from slalom.sim import Recording
 from slalom.sim.files.recorded_traffic import crossing, read_recorded
 from slalom.sim.files.scenario_yaml import read_scenario

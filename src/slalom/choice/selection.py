@@ -27,8 +27,7 @@ from slalom.base.checks import (
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CANDIDATES, ELEMENTS
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Snapshot
-from slalom.kernels.selection.tables import Scene, States
+from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Scene, Snapshot, States
 from slalom.model.limits import Admissible, Limits
 from slalom.model.response import Response
 from slalom.model.response.protocol import piece_norm, response_pieces

@@ -9,17 +9,19 @@ import io
 import sys
 from collections.abc import Sequence
 
-from cyclopts import App, CycloptsError, UnusedCliTokensError
-
 from slalom import __version__, kernels
 from slalom.base.errors import SlalomError
-from slalom.cli.comparing import compare
-from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_message
-from slalom.cli.files import convert, decide
-from slalom.cli.listing import list_
-from slalom.cli.others import compile_, reproduce, ros
-from slalom.cli.running import export_scenario, run, show
-from slalom.cli.viewing import animate, export, view
+from slalom.base.extras import Extra
+
+with Extra("sim", "slalom"):
+    from cyclopts import App, CycloptsError, UnusedCliTokensError
+
+    from slalom.cli.comparing import compare
+    from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_message
+    from slalom.cli.files import convert, decide
+    from slalom.cli.others import compile_, list_, reproduce, ros
+    from slalom.cli.running import export_scenario, run, show
+    from slalom.cli.viewing import animate, export, view
 
 __all__ = ["BAD_INPUT", "DONE", "FAILED", "app", "call", "main"]
 

@@ -1,4 +1,4 @@
-"""`slalom convert`."""
+"""`slalom convert` and `slalom decide`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,18 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from slalom.base.errors import InvalidInput
 from slalom.cli.console import DONE, FAILED, Flag, print_message, print_result, refuse_source, resolved, writable
-from slalom.cli.recorded import Reading, given_options
+from slalom.cli.options import Look, Reading, drawable, given_options, refuse_without
 from slalom.cli.report import counted, formatted
-from slalom.cli.running import (
-    DEFAULT_METHOD,
-    RUNS,
-    Look,
-    drawable,
-    method_name,
-    print_notes,
-    refuse_run,
-    refuse_without,
-)
+from slalom.cli.running import DEFAULT_METHOD, RUNS, method_name, print_notes, refuse_run
 
 if TYPE_CHECKING:
     from slalom.decision import Decision

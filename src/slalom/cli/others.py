@@ -1,11 +1,14 @@
-"""`slalom reproduce`."""
+"""`slalom list`, `slalom reproduce`, `slalom compile` and `slalom ros`."""
 
+import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Final, Literal
 
 from cyclopts import App, Group, Parameter
 
-from slalom.adapters.ros.settings import NodeSettings
+from slalom.adapters.ros.shell import NodeSettings
+from slalom.base.errors import InvalidInput
 from slalom.base.extras import Extra
 from slalom.cli.console import (
     DONE,
@@ -21,9 +24,125 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.recorded import SignedText
-from slalom.cli.report import files_text
-from slalom.cli.running import Look, VectorLook, drawable, refuse_without
+from slalom.cli.options import Look, SignedText, VectorLook, drawable, refuse_without
+from slalom.cli.report import FORESIGHT_SENTENCES, files_text, list_text, with_values
+
+Rows = dict[str, dict[str, Any]]
+
+
+def list_(
+    kind: Literal[
+        "scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples", "keys"
+    ]
+    | None = None,
+    part: str | None = None,
+    /,
+    *,
+    json: Flag = False,
+) -> int:
+    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, figures, sample files, and keys.
+
+    Installed packages add scenarios, methods, metrics, objectives and formats by entry points.
+
+    Parameters
+    ----------
+    kind
+        List only entries of this kind. `keys` are those of scenario and study files, which are listed on request only.
+    part
+        With `keys`: list the keys of this part of a file with their values, as in `slalom list keys goal`.
+    json
+        Print one JSON object.
+    """
+    if part is not None and kind != "keys":
+        raise InvalidInput(f"part: expected only with keys, found {part!r} with {kind}")
+    if kind == "keys":
+        from slalom.cli.file_keys import listed
+
+        result = listed(part)
+    else:
+        result = {each: TABLES[each]() for each in TABLES if kind in (None, each)}
+    print_result(result, json, lambda: list_text(result))
+    return DONE
+
+
+def _scenarios() -> Rows:
+    from slalom.sim.gallery import GALLERY
+
+    return {name: {"sentence": e.sentence, "parameters": dict(e.parameters)} for name, e in GALLERY.items()}
+
+
+def _methods() -> Rows:
+    from slalom.peers import CONTENDERS, Peer
+
+    return {
+        name: {
+            "sentence": m.sentence,
+            "source": m.source,
+            "foresight": m.foresight,
+            **({"parameters": m.parameters} if isinstance(m, Peer) else {}),
+        }
+        for name, m in CONTENDERS.items()
+    }
+
+
+def _foresights() -> Rows:
+    from slalom.forecast.forecast import FORESIGHTS, foresight_of
+
+    return {
+        name: {"sentence": FORESIGHT_SENTENCES[name], "level": foresight_of(rule)} for name, rule in FORESIGHTS.items()
+    }
+
+
+def _metrics() -> Rows:
+    from slalom.sim.measure.metrics import METRICS
+
+    return {name: {"sentence": with_values(_first_line(metric))} for name, metric in METRICS.items()}
+
+
+def _objectives() -> Rows:
+    from slalom.decision.objective import OBJECTIVES
+
+    return {name: {"sentence": _first_line(objective)} for name, objective in OBJECTIVES.items()}
+
+
+def _formats() -> Rows:
+    from slalom.io.formats import FORMATS
+
+    return {name: {"sentence": f.sentence, "mark": f.mark, "suffix": f.suffix} for name, f in FORMATS.items()}
+
+
+def _figures() -> Rows:
+    from slalom.paper import TITLES
+
+    return {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
+
+
+def _samples() -> Rows:
+    from slalom.io.table import SAMPLES
+
+    return {name: {"sentence": sentence} for name, sentence in SAMPLES.items()}
+
+
+TABLES: Final[dict[str, Callable[[], Rows]]] = {
+    "scenarios": _scenarios,
+    "methods": _methods,
+    "foresights": _foresights,
+    "metrics": _metrics,
+    "objectives": _objectives,
+    "formats": _formats,
+    "figures": _figures,
+    "samples": _samples,
+}
+"""The lists, each imported on use."""
+
+
+def _first_line(part: object) -> str:
+    """The first line of the docstring of a function or class."""
+    return (inspect.getdoc(part) or "").partition("\n")[0]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# `slalom reproduce`.
 
 
 def reproduce(
@@ -59,9 +178,9 @@ def reproduce(
         Print one JSON object.
     """
     with Extra("view", "reproduce"):
-        from slalom.paper import work
+        from slalom.paper import entries
 
-    chosen, effort = work.names_of(names), work.Effort(seeds, jobs, quick)
+    chosen, effort = entries.names_of(names), entries.Effort(seeds, jobs, quick)
     new_markdown(page, force)
     writable(page)
     begun: list[str] = []
@@ -73,7 +192,7 @@ def reproduce(
 
     with progress("reproducing", estimated=False) as advance, writing(out):
         save = (look or VectorLook()).save
-        written = work.make(chosen, out, effort, page_path=page, save=save, progress=advance, begin=begin)
+        written = entries.make(chosen, out, effort, page_path=page, save=save, progress=advance, begin=begin)
     result = {**effort._asdict(), "entries": chosen, "files": [str(path) for path in written]}
     print_result(result, json, lambda: files_text(result))
     return DONE
@@ -93,7 +212,7 @@ def compile_(
     loads kernels when it first uses them; `slalom.compile()` in Python loads all.
     """
     from slalom.base.checks import known, whole
-    from slalom.precompile import USES, compile as compile_uses
+    from slalom.computer import USES, compile as compile_uses
 
     for name in uses:
         known(name, "uses", list(USES))
@@ -153,7 +272,7 @@ def replay(
         made.head_for(Goal(Stationary(vector_of(goal, "--goal")), made.tolerance, made.stop))
     with Extra("ros", "ros"):
         import rosbags.highlevel  # noqa: F401
-    from slalom.adapters.ros import bag as bags
+    from slalom.adapters.ros import topics as bags
 
     writable(out, figure)
     with progress("replaying") as advance:
@@ -165,7 +284,7 @@ def replay(
             else:
                 bags.write_bag(bags.as_sent(commands), out)
     if figure is not None:
-        from slalom.adapters.ros.drive import figure as drawn
+        from slalom.adapters.ros.topics import figure as drawn
 
         (look or Look()).save(drawn(commands, made.navigator.robot), figure)
     result = {

@@ -1,14 +1,14 @@
-"""`slalom run`."""
+"""`slalom run`, `slalom show` and `slalom export-scenario`."""
 
 import codecs
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
 from slalom.base.errors import InvalidInput
 from slalom.cli.console import (
@@ -27,106 +27,13 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.recorded import Crossing, Reading, is_recording, scenario_of
+from slalom.cli.options import Crossing, Look, Reading, drawable, is_recording, refuse_without, scenario_of
 from slalom.cli.report import run_text
 
 if TYPE_CHECKING:
     from slalom.decision.methods import Method
     from slalom.peers import Peer
     from slalom.sim import Recording, Scenario
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Options of the commands that draw.
-
-
-GROUP = Group("How figures look", sort_key=2)
-FORMATS = (".svg", ".pdf", ".png")
-OPTIONS = {"width": "--figure-width", "resolution": "--resolution"}
-"""Options of the arguments of the functions that size and write figures, for messages."""
-
-
-RESOLUTION: Final = 300.0
-"""Dots per inch, by default."""
-
-
-@Parameter(name="*", group=GROUP)
-@dataclass(frozen=True, kw_only=True)
-class VectorLook:
-    """Size and text of figures without pixels.
-
-    Parameters
-    ----------
-    figure_width
-        Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes.
-    font_scale
-        Factor of all sizes of text.
-    """
-
-    figure_width: float | None = None
-    font_scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        from slalom.base.checks import positive
-
-        for item in fields(self):
-            if getattr(self, item.name) is not None:
-                positive(getattr(self, item.name), f"--{item.name.replace('_', '-')}")
-
-    @property
-    def dots(self) -> float:
-        """Dots per inch of what is drawn as pixels."""
-        return RESOLUTION
-
-    def save(self, figure: Any, path: Path) -> Path:
-        """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
-        from slalom import view
-
-        try:
-            shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
-            with writing(path):
-                return view.save(shown, path, resolution=self.dots)
-        except InvalidInput as error:
-            name, _, text = str(error).partition(":")
-            raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
-
-
-@Parameter(name="*", group=GROUP)
-@dataclass(frozen=True, kw_only=True)
-class Look(VectorLook):
-    """Size and text of figures.
-
-    Parameters
-    ----------
-    figure_width
-        Width [inch]; by default that of a page or of a column of a journal. Panels keep their shapes.
-    font_scale
-        Factor of all sizes of text.
-    resolution
-        Dots per inch of .png files.
-    """
-
-    resolution: float = RESOLUTION
-
-    @property
-    def dots(self) -> float:
-        return self.resolution
-
-
-def drawable(figure: Path | None) -> None:
-    """Raise InvalidInput for a figure file of a format that cannot be drawn."""
-    if figure is not None and figure.suffix not in FORMATS:
-        raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
-
-
-def refuse_without(figure: Path | None, look: Look | None, **options: object) -> None:
-    """Raise InvalidInput for options of a figure that is not drawn: those that are not None or False."""
-    if figure is not None:
-        return
-    looks = [] if look is None else [item.name for item in fields(look) if getattr(look, item.name) != item.default]
-    given = [name for name, value in options.items() if value is not None and value is not False]
-    for name in [*given, *looks]:
-        raise InvalidInput(f"--{name.replace('_', '-')}: expected only with --figure, found it without")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -139,33 +46,53 @@ DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
 """Default methods. The default for recordings can stop for gaps, which one constant acceleration cannot."""
 
 
-@dataclass(frozen=True)
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
 class RunFigure:
-    """The figure of a run: file, time [s] of the decision, names of robots, uncertainty of obstacles, and look."""
+    """Options of the figure of a run.
 
-    file: Path | None
-    at: float | None
-    names: bool
-    uncertainty: bool
-    look: Look
+    Parameters
+    ----------
+    figure
+        Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
+    figure_at
+        Time [s] after the start of the decision to draw; by default one before the closest approach.
+    names
+        Write the names of several robots into their figure.
+    uncertainty
+        Draw the regions that hold obstacles with an uncertainty into the figure of a decision.
+    """
+
+    figure: Path | None = None
+    figure_at: float | None = None
+    names: Flag = False
+    uncertainty: Flag = False
+    look: Look | None = None
+
+    def check(self, **options: object) -> None:
+        """Raise InvalidInput for a format that cannot be drawn, and for options, also `options`, without a figure."""
+        drawable(self.figure)
+        own = {"figure_at": self.figure_at, "names": self.names, "uncertainty": self.uncertainty}
+        refuse_without(self.figure, self.look, **own, **options)
 
     def refuse(self, scenario: "Scenario", contender: "Method | Peer") -> None:
         """Raise InvalidInput for options that the figure of no run of this scenario has."""
-        if self.at is not None and not 0.0 <= self.at <= scenario.duration:
+        at = self.figure_at
+        if at is not None and not 0.0 <= at <= scenario.duration:
             lasts = f"from 0 to at most {scenario.duration:g} s"
-            raise InvalidInput(f"--figure-at: expected a time of the run, {lasts}, found {self.at:g} s")
-        if self.file is not None:
+            raise InvalidInput(f"--figure-at: expected a time of the run, {lasts}, found {at:g} s")
+        if self.figure is not None:
             from slalom.view.fleet import refuse_unfit
 
-            refuse_unfit(len(scenario.robots), contender, self.at, self.names, self.uncertainty)
+            refuse_unfit(len(scenario.robots), contender, at, self.names, self.uncertainty)
 
     def draw(self, recording: "Recording", scenario: "Scenario", method: str) -> None:
         """Draw the figure, if there is a file for it."""
-        if self.file is not None:
+        if self.figure is not None:
             from slalom.view.fleet import replay
 
-            figure = replay(recording, scenario, method, self.at, self.names, self.uncertainty)
-            self.look.save(figure, self.file)
+            drawn = replay(recording, scenario, method, self.figure_at, self.names, self.uncertainty)
+            (self.look or Look()).save(drawn, self.figure)
 
 
 def run(
@@ -177,14 +104,10 @@ def run(
     foresight: str | None = None,
     seed: Whole = 0,
     out: Path | None = None,
-    figure: Path | None = None,
-    figure_at: float | None = None,
-    names: Flag = False,
-    uncertainty: Flag = False,
+    drawn: RunFigure | None = None,
     at: float | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
-    look: Look | None = None,
     json: Flag = False,
 ) -> int:
     """Run a scenario, or a robot in a recording, and print the result; exit code 1 on a collision or without arrival.
@@ -207,14 +130,6 @@ def run(
     out
         Write the run to this file, also if it exists. A .h5 file holds all data for a replay. A .csv, .ndjson
         (TrajNet++) or .sqlite (JuPedSim) file holds the tracks only; frames of the last two count from the start.
-    figure
-        Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
-    figure_at
-        Time [s] after the start of the decision to draw; by default one before the closest approach.
-    names
-        Write the names of several robots into their figure.
-    uncertainty
-        Draw the regions that hold obstacles with an uncertainty into the figure of a decision.
     at
         In a recording: start time [s] of the robot, in the time of the recording; by default the first time.
         Otherwise the same as --figure-at.
@@ -223,13 +138,12 @@ def run(
     """
     scenario = resolved(scenario)
     refuse_run(scenario)
-    refuse_source(scenario, out, figure)
+    drawn = drawn or RunFigure()
+    refuse_source(scenario, out, drawn.figure)
     recorded = is_recording(scenario, reading, crossing)
     name = method_name((RECORDING_METHOD if recorded else DEFAULT_METHOD) if method is None else method, foresight)
-    figure_time = figure_at if recorded else _figure_time(at, figure_at)
-    drawable(figure)
-    begin = {} if recorded else {"at": at}
-    refuse_without(figure, look, figure_at=figure_at, names=names, uncertainty=uncertainty, **begin)
+    figure_at = drawn.figure_at if recorded else _figure_time(at, drawn.figure_at)
+    drawn.check(**({} if recorded else {"at": at}))
     changed = parse_settings(settings)
     if recorded:
         loaded = _with_settings(scenario_of(scenario, reading, crossing, at), changed)
@@ -237,7 +151,7 @@ def run(
         from slalom.sim import load
 
         loaded = load(scenario, changed, seed=seed)
-    return _run(loaded, name, seed, out, RunFigure(figure, figure_time, names, uncertainty, look or Look()), json)
+    return _run(loaded, name, seed, out, replace(drawn, figure_at=figure_at), json)
 
 
 def _run(
@@ -257,7 +171,7 @@ def _run(
     chosen = contender(name)
     _output_format(out, loaded.dimension)
     drawn.refuse(loaded, chosen)
-    writable(out, drawn.file)
+    writable(out, drawn.figure)
     print_notes(loaded.notes)
     with progress("running") as advance:
         _load_kernels(loaded, chosen, seed)
@@ -357,11 +271,7 @@ def show(
     run: Path,
     /,
     *,
-    figure: Path | None = None,
-    figure_at: float | None = None,
-    names: Flag = False,
-    uncertainty: Flag = False,
-    look: Look | None = None,
+    drawn: RunFigure | None = None,
     json: Flag = False,
 ) -> int:
     """Print the result of a run, as `slalom run` printed it, and draw it if a figure is named.
@@ -370,31 +280,22 @@ def show(
     ----------
     run
         A file that `slalom run --out run.h5` wrote.
-    figure
-        Draw a decision of the run to this .svg, .pdf or .png file; with several robots the tracks of all.
-    figure_at
-        Time [s] after the start of the decision to draw; by default one before the closest approach.
-    names
-        Write the names of several robots into their figure.
-    uncertainty
-        Draw the regions that hold obstacles with an uncertainty into the figure of a decision.
     json
         Print one JSON object.
     """
     from slalom.sim import Recording
     from slalom.sim.measure.metrics import summary
 
-    drawable(figure)
-    refuse_without(figure, look, figure_at=figure_at, names=names, uncertainty=uncertainty)
+    drawn = drawn or RunFigure()
+    drawn.check()
     recording = Recording.load(run)
     result = summary(recording)
-    if figure is not None:
+    if drawn.figure is not None:
         from slalom.live.recorded import recorded
 
-        writable(figure)
+        writable(drawn.figure)
         found = recorded(recording)
         print_notes(found.notes)
-        drawn = RunFigure(figure, figure_at, names, uncertainty, look or Look())
         drawn.draw(recording, found.scenario, recording.method)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE

@@ -21,7 +21,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.recorded import Crossing, Reading, given_options, is_recording, scenario_of, tracks_of
+from slalom.cli.options import Crossing, Reading, given_options, is_recording, scenario_of, tracks_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = 
     every
         Time [s] between two control spaces; by default every decision of a short run, and at least two a second.
     """
-    from slalom.live.export import export as write
+    from slalom.live.recorded import export as write
 
     recording = _recording(run)
     writable(page)

@@ -28,13 +28,7 @@ from typing import Final
 import numpy as np
 
 from slalom import kernels
-from slalom.base.checks import (
-    GOAL,
-    OBJECTIVE,
-    Array,
-    has,
-    not_negative,
-)
+from slalom.base.checks import GOAL, OBJECTIVE, Array, has, not_negative
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, PATH_BRAKING, REST
 from slalom.choice.control_obstacle import ControlObstacle

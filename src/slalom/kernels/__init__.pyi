@@ -1,8 +1,7 @@
 """The kernels that Python calls, each once."""
 
 from .compile_notice import compiling as compiling, when_compiling as when_compiling
-from .crowd.mutual_avoidance import avoiding_velocities as avoiding_velocities
-from .crowd.similar_motions import similar_displacements as similar_displacements
+from .crowd import avoiding_velocities as avoiding_velocities, similar_displacements as similar_displacements
 from .decision.costs import detour_lengths as detour_lengths
 from .decision.neighbours import build_cell_list as build_cell_list, independent_rounds as independent_rounds
 from .decision.paths import predicted_points as predicted_points

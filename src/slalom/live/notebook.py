@@ -7,10 +7,8 @@ from slalom.base.checks import flag, whole
 from slalom.base.errors import InvalidInput
 from slalom.base.extras import Extra
 from slalom.decision.methods import METHODS, Method
-from slalom.live.export import messages
-from slalom.live.messages import block, file_page, pack, renderer
-from slalom.live.recorded import recorded
-from slalom.live.scene import Scene, series
+from slalom.live.messages import Scene, block, file_page, pack, renderer, series
+from slalom.live.recorded import messages, recorded
 from slalom.live.session import Session
 from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate

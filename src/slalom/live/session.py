@@ -13,9 +13,8 @@ from slalom.decision import Decision
 from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
-from slalom.live.messages import pack
+from slalom.live.messages import Scene, pack, series
 from slalom.live.recorded import Recorded, last_state
-from slalom.live.scene import Scene, series
 from slalom.live.seen import (
     VIEW_SAMPLES,
     Seen,

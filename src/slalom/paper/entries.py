@@ -1,23 +1,18 @@
-"""Table of the reproduced figures of the paper and the measured claims."""
+"""Table of the reproduced figures and the measured claims, and production of them and their page."""
 
-from collections.abc import Callable, Mapping
+import json
+from collections.abc import Callable, Mapping, Sequence
+from os.path import relpath
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from matplotlib.figure import Figure
 
-from slalom.paper import (
-    claims_crossing,
-    claims_oscillation,
-    claims_road,
-    claims_shape,
-    claims_smooth,
-    obstacles,
-    oscillation,
-    road,
-    roundabout,
-    sweep,
-)
-from slalom.paper.titles import TITLES
+from slalom import view
+from slalom.base.checks import known
+from slalom.base.errors import InvalidInput
+from slalom.paper import TITLES, controller, definitions, oscillation, road, roundabout
+from slalom.paper.findings import CLAIMS, Result, paragraph
 
 Advance = Callable[[float], None]
 
@@ -88,14 +83,14 @@ def _claim(
 _FIGURES: Final = (
     _figure(
         "moving_obstacle",
-        obstacles.moving_obstacle,
+        definitions.moving_obstacle,
         "A robot A, and an obstacle B that moves along a known curve c(t).",
         "B now (grey) and at later times, coloured by time. B is grown by the robot's radius, so the robot is a "
         "point. Arrows are displacements in 1 s at the present velocities.",
     ),
     _figure(
         "linear_vo",
-        obstacles.linear_vo,
+        definitions.linear_vo,
         "B keeps its velocity. The velocities of A that lead to a collision form a cone with its apex at the "
         "velocity of B. The union of the temporal elements fills the cone.",
         "Left: workspace. Right: velocities. The VO of the next 10 s is grey, with some of its elements coloured by "
@@ -103,28 +98,28 @@ _FIGURES: Final = (
     ),
     _figure(
         "temporal_element",
-        obstacles.temporal_element,
+        definitions.temporal_element,
         "The velocities that lead into B at one time t are a copy of B(t), scaled by 1/t about A. Erratum 2: the "
         "paper prints the inverse ratio.",
         "Obstacle at 2 s and at 6 s, and its two elements between the same tangents from A.",
     ),
     _figure(
         "nlvo_circular",
-        obstacles.nlvo_circular,
+        definitions.nlvo_circular,
         "On a curve the union of the elements is a warped cone. Its border consists of velocities that graze the "
         "obstacle, not of the tangents from A.",
         "Obstacle on a circle, and its NLVO of the next 10 s with some of its elements.",
     ),
     _figure(
         "vo_beside_nlvo",
-        obstacles.vo_beside_nlvo,
+        definitions.vo_beside_nlvo,
         "VO and NLVO of the same obstacle; the VO assumes that the obstacle keeps its velocity.",
         "Obstacle of the preceding figure. The robot's velocity is in the VO, which predicts a collision after 3 s. "
         "It is outside the NLVO, because the obstacle turns away.",
     ),
     _figure(
         "ao_nao",
-        obstacles.ao_nao,
+        definitions.ao_nao,
         "Accelerations that lead to a collision with an obstacle that keeps its acceleration (AO) or follows a known "
         "path (NAO). They are unions of elements whose size decreases with the square of time.",
         "Car on the inner lane of a curve (16 m, 9.2 m/s) beside the robot's lane (20 m, 8 m/s; dashed). The AO "
@@ -133,7 +128,7 @@ _FIGURES: Final = (
     ),
     _figure(
         "ao_cone",
-        obstacles.ao_cone,
+        definitions.ao_cone,
         "The AO is a straight cone with its apex at the obstacle's acceleration if the relative velocity w is zero, "
         "and bent otherwise.",
         "The same obstacle (at 7 m, 4 m, radius 1.6 m) for w = 0 and two other relative velocities, horizon 8 s. "
@@ -176,7 +171,7 @@ _FIGURES: Final = (
 _CLAIMS: Final = (
     _claim(
         "curves",
-        lambda effort, advance: claims_road.measure(effort.quick, advance),
+        lambda effort, advance: road.measure_curves(effort.quick, advance),
         "VO flags the car in the middle lane, NLVO does not; AO flags a car on the inner lane of a curve, NAO does "
         "not.",
         "Robot and car follow neighbouring lanes without end and never collide, so every alarm is false. Is the "
@@ -185,14 +180,14 @@ _CLAIMS: Final = (
     ),
     _claim(
         "crossing",
-        lambda effort, advance: claims_crossing.measure(effort.seeds, effort.jobs, effort.quick, advance),
+        lambda effort, advance: roundabout.measure_crossing(effort.seeds, effort.jobs, effort.quick, advance),
         "One acceleration chosen on the NAO map at the beginning crosses the roundabout without a collision.",
         "How often such an acceleration exists, and how often the first choice, if held, collides.",
         25.0,
     ),
     _claim(
         "sweep",
-        lambda effort, advance: sweep.measure(effort.seeds, effort.jobs, effort.quick, advance),
+        lambda effort, advance: controller.measure_sweep(effort.seeds, effort.jobs, effort.quick, advance),
         "With NAO the roundabout is crossed without collisions. With AO the robot keeps adjusting its acceleration "
         "to avoid the nearest vehicles, and collides several times.",
         "The paper's controller: at every decision one constant acceleration, found exactly, outside the NAO or AO.",
@@ -200,7 +195,7 @@ _CLAIMS: Final = (
     ),
     _claim(
         "smoothness",
-        lambda effort, advance: claims_smooth.measure(effort.full_runs, effort.jobs, effort.quick, advance),
+        lambda effort, advance: roundabout.measure_smoothness(effort.full_runs, effort.jobs, effort.quick, advance),
         "AO and NAO account for the constraints of the robot's dynamics better than the NLVO can.",
         "Acceleration and jerk of slalom's navigator with each method in the same roundabout, all limited to 4 m/s² "
         "and 8 m/s. Is motion smoother if accelerations are chosen instead of velocities?",
@@ -208,14 +203,14 @@ _CLAIMS: Final = (
     ),
     _claim(
         "cone",
-        lambda effort, advance: claims_shape.measure(effort.quick),
+        lambda effort, advance: definitions.measure_cone(effort.quick),
         "For zero relative velocity the AO is a straight cone.",
         "Random accelerations: are they in the AO, and in the cone?",
         1.0,
     ),
     _claim(
         "oscillation",
-        lambda effort, advance: claims_oscillation.measure(effort.fleet_runs, effort.jobs, effort.quick, advance),
+        lambda effort, advance: oscillation.measure(effort.fleet_runs, effort.jobs, effort.quick, advance),
         "Oscillations between robots come from inconsistent selection, not from velocity obstacles themselves.",
         "Robots that all use the same method swap positions on a circle, with the same obstacles and four ways of "
         "selection. How often do they change the passing side, the heading and the chosen manoeuvre?",
@@ -226,3 +221,134 @@ _CLAIMS: Final = (
 
 ENTRIES: Final[dict[str, Entry]] = {entry.name: entry for entry in (*_FIGURES, *_CLAIMS)}
 """Figures and claims by name."""
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Markdown page of the reproduction: every figure with its caption, every claim with its numbers.
+
+
+_HEAD: Final = (
+    "This page is for readers of the paper. It has all figures of the paper and all claims that can be measured, "
+    "produced by one command:",
+    "The paper (Stern and Shiller, *From NLVO to NAO*, arXiv:2506.06255v1, 2025) gives no radii, speeds, limits, "
+    "intervals, horizons or counts for its examples. All parameters are choices of this project and are stated with "
+    "each result. Seeds are 0, 1, 2 and so on. The same command gives the same numbers and figures for any number of "
+    "processes. Symbols, and the errata by number, are defined on the theory page of the documentation "
+    "(`docs/theory.md`).",
+)
+_QUICK: Final = "**Made with `--quick`: coarse grids and short runs, for tests only.**"
+
+
+def page(names: Sequence[str], results: Mapping[str, Result], quick: bool, links: str) -> str:
+    """Render the page for the entries of these names as Markdown.
+
+    Args:
+        results: results of the claims by name. quick: whether they are of a quick run.
+        links: prefix of links to files.
+    """
+    chosen = [ENTRIES[name] for name in names]
+    parts = ["# The paper, reproduced", paragraph(_HEAD[0]), "```\nslalom reproduce --out out/paper\n```"]
+    parts += [paragraph(_HEAD[1])] + ([_QUICK] if quick else [])
+    parts += ["## Contents", "\n".join(f"- [{entry.title}](#{entry.name}): `{entry.name}`" for entry in chosen)]
+    if any(entry.draw for entry in chosen):
+        parts.append("## Figures")
+        parts += [text for entry in chosen if entry.draw for text in _drawn(entry, links)]
+    if results:
+        parts.append("## Claims")
+        for entry in chosen:
+            if entry.name in results:
+                parts += [*_heading(entry), *([_picture(entry, links)] if entry.plot else [])]
+                parts += CLAIMS[entry.name](results[entry.name])
+                parts.append(f"All numbers: [{entry.name}.json]({links}{entry.name}.json).")
+    return "\n\n".join(parts) + "\n"
+
+
+def _heading(entry: Entry) -> list[str]:
+    return [
+        f'### <a id="{entry.name}"></a>{entry.title}',
+        paragraph(f"*Paper:* {entry.paper}"),
+        paragraph(f"*{'Shown' if entry.draw else 'Measured'}:* {entry.shown}"),
+    ]
+
+
+def _drawn(entry: Entry, links: str) -> list[str]:
+    heading, *caption = _heading(entry)
+    return [heading, _picture(entry, links), *caption]
+
+
+def _picture(entry: Entry, links: str) -> str:
+    return f"![{entry.title}]({links}{entry.name}.svg)"
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Production of figures, results of claims, and the page.
+
+
+def names_of(names: Sequence[str]) -> list[str]:
+    """Return the names of the entries to produce: the given ones, or all. Raises InvalidInput for an unknown name."""
+    return [known(name, "figure or claim", list(ENTRIES)) for name in dict.fromkeys(names)] or list(ENTRIES)
+
+
+def make(
+    names: Sequence[str],
+    out: Path,
+    effort: Effort,
+    *,
+    page_path: Path | None = None,
+    save: Callable[[Figure, Path], Path] = view.save,
+    progress: Callable[[float], None],
+    begin: Callable[[str], None] = lambda name: None,
+) -> list[Path]:
+    """Draw and measure the entries of these names.
+
+    Args:
+        names: names in the table of entries. out: folder for NAME.svg and NAME.json, created if needed.
+        page_path: file of the page, by default `out` / paper.md. save: writes a figure.
+        progress: called with the share done. begin: called with the name of each entry before it is made.
+
+    Returns:
+        The written files, the page last.
+
+    Raises:
+        InvalidInput: an unknown name, no seed, or no job.
+    """
+    chosen = [ENTRIES[known(name, "figure or claim", list(ENTRIES))] for name in names]
+    if effort.seeds < 1 or effort.jobs == 0:
+        raise InvalidInput(
+            f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {effort.seeds} and {effort.jobs}"
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    total, done = sum(entry.weight for entry in chosen), 0.0
+    written, results = [], {}
+    for entry in chosen:
+        begin(entry.name)
+
+        def advance(share: float, done: float = done, weight: float = entry.weight) -> None:
+            progress((done + share * weight) / total)
+
+        if entry.draw is not None:
+            written.append(save(entry.draw(), out / f"{entry.name}.svg"))
+        if entry.measure is not None:
+            target = out / f"{entry.name}.json"
+            text = json.dumps(entry.measure(effort, advance), indent=1, allow_nan=False)
+            target.write_text(text + "\n", encoding="utf-8")
+            results[entry.name] = json.loads(text)
+            written.append(target)
+            if entry.plot is not None:
+                written.append(save(entry.plot(results[entry.name]), out / f"{entry.name}.svg"))
+        done += entry.weight
+        progress(done / total)
+    paper = page_path or out / "paper.md"
+    paper.write_text(page(names, results, effort.quick, links_from(paper, out)), encoding="utf-8")
+    return [*written, paper]
+
+
+def links_from(paper: Path, out: Path) -> str:
+    """Return the prefix of links from the page to files in `out`."""
+    folder = relpath(out, paper.parent).replace("\\", "/")
+    return "" if folder == "." else f"{folder}/"
+
+
+def read_results(folder: Path) -> dict[str, Any]:
+    """Read the results of an earlier run from a folder, by name."""
+    return {name: json.loads(path.read_text()) for name in ENTRIES if (path := folder / f"{name}.json").exists()}

@@ -13,8 +13,16 @@ from slalom.base.checks import known, shown, text
 from slalom.base.errors import InvalidInput
 from slalom.decision.methods import METHODS, Method
 from slalom.peers.crowd import Crowd, Team, imported
-from slalom.peers.others import Behaviours, Rvo2
-from slalom.peers.planners import BarrierFilter, DynamicWindow, PathIntegral, parameters_of, parsed, with_parameters
+from slalom.peers.methods import (
+    BarrierFilter,
+    Behaviours,
+    DynamicWindow,
+    PathIntegral,
+    Rvo2,
+    parameters_of,
+    parsed,
+    with_parameters,
+)
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,8 @@ from slalom.base.extras import Extra
 with Extra("gym", __name__):
     import gymnasium
 
+    from slalom.adapters.gym.environments import FleetEnv, RobotEnv, RobotsEnv
     from slalom.adapters.gym.filters import SafetyFilter, VectorSafetyFilter
-    from slalom.adapters.gym.fleet import FleetEnv
-    from slalom.adapters.gym.robot import RobotEnv
-    from slalom.adapters.gym.vector import RobotsEnv
 
 __all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
 
@@ -24,7 +22,7 @@ SINGLE = (
 for _name in SINGLE:
     gymnasium.register(
         f"slalom/{_name}-v0",
-        entry_point="slalom.adapters.gym.robot:RobotEnv",
-        vector_entry_point="slalom.adapters.gym.vector:RobotsEnv",
+        entry_point="slalom.adapters.gym.environments:RobotEnv",
+        vector_entry_point="slalom.adapters.gym.environments:RobotsEnv",
         kwargs={"scenario": _name},
     )

@@ -9,8 +9,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
 
-from slalom.adapters.gym.robot import Observation, RobotEnv
-from slalom.adapters.gym.vector import Observations, RobotsEnv
+from slalom.adapters.gym.environments import Observation, Observations, RobotEnv, RobotsEnv
 from slalom.adapters.gym.worlds import Worlds
 from slalom.base.checks import METHOD, Array, array_of, has
 from slalom.base.errors import InvalidInput

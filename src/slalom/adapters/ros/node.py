@@ -6,8 +6,8 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from slalom.adapters.ros import OCCUPIED
 from slalom.adapters.ros.messages import SECOND, Frames, Odometry, Placed, Placement, odometry, seconds, xyz
-from slalom.adapters.ros.settings import OCCUPIED
 from slalom.adapters.ros.tracked import grid_polygons, markers, objects, obstacles, walls
 from slalom.base.checks import GOAL, Array, has, text
 from slalom.base.errors import InvalidInput

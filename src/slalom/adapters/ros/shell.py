@@ -1,13 +1,121 @@
-"""A node of rclpy around the core: topics in, geometry_msgs/Twist out. Not run here: it needs an installation of ROS 2.
+"""A node of rclpy and its settings, which are also those of the command line. It imports no numpy by itself."""
 
-Start it as `python -m slalom.adapters.ros.shell --ros-args -p radius:=0.25 -p track:=0.4 -r people:=/tracked`.
-"""
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Final
 
-from dataclasses import fields
-from typing import Any, Final
-
-from slalom.adapters.ros.settings import NodeSettings
+from slalom.adapters.ros import OCCUPIED
 from slalom.base.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from slalom.adapters.ros.node import Node
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeSettings:
+    """Settings of a robot and of the use of messages.
+
+    Parameters
+    ----------
+    method
+        A name from `slalom list methods`.
+    radius
+        Of the robot about the middle of its axle [m].
+    max_speed
+        Largest speed [m/s]; with --track that of a wheel.
+    max_acceleration
+        Largest acceleration [m/s^2]; with --track that of a wheel.
+    track
+        Distance of two driven wheels [m]; by default the robot moves in every direction.
+    ahead
+        Distance of the point that decides ahead of the axle [m], with --track; by default half the track.
+    period
+        Time between decisions [s].
+    horizon
+        Time up to which collisions count [s].
+    margin
+        Distance to keep from obstacles [m].
+    patience
+        Share of the time that keeping a manoeuvre may cost [1].
+    frame
+        Fixed frame, in which the odometry is.
+    position_error
+        Standard deviation of measured positions [m].
+    acceleration_error
+        Root of the spectral density of the accelerations of obstacles [m/s^2/sqrt(Hz)].
+    max_age
+        Time after which an obstacle without a measurement is dropped [s].
+    namespaces
+        Namespaces of markers that are obstacles; by default all.
+    occupied
+        Least value of an occupied cell of a map [%].
+    unknown
+        Whether unknown cells of a map are occupied.
+    tolerance
+        Distance from the goal at which the robot has arrived [m].
+    """
+
+    method: str = "nao"
+    radius: float = 0.3
+    max_speed: float = 1.0
+    max_acceleration: float = 1.0
+    track: float | None = None
+    ahead: float | None = None
+    period: float = 0.1
+    horizon: float = 5.0
+    margin: float = 0.05
+    patience: float = 0.01
+    frame: str = "odom"
+    position_error: float = 0.1
+    acceleration_error: float = 0.1
+    max_age: float = 1.0
+    namespaces: Sequence[str] | None = None
+    occupied: float = OCCUPIED
+    unknown: bool = False
+    tolerance: float = 0.2
+
+    def node(self) -> "Node":
+        """A new node. Raises InvalidInput for settings that do not fit."""
+        from slalom.adapters.ros.node import Node
+        from slalom.decision.methods import method
+        from slalom.decision.navigator import Navigator
+        from slalom.model.limits import Limits
+        from slalom.model.shape import Disc
+        from slalom.perception.tracker import ConstantVelocityFilter, Tracker
+        from slalom.vehicle.kinds import DifferentialDrive
+
+        vehicle = None
+        if self.track is not None:
+            wheels = self.track, self.max_speed, self.max_acceleration
+            vehicle = DifferentialDrive(*wheels, self.ahead, self.period)
+        navigator = Navigator(
+            method(self.method),
+            Disc(self.radius) if vehicle is None else vehicle.shape(self.radius),
+            Limits(self.max_speed, self.max_acceleration) if vehicle is None else vehicle.limits,
+            period=self.period,
+            horizon=self.horizon,
+            margin=self.margin,
+            patience=self.patience,
+        )
+        motion = ConstantVelocityFilter(self.acceleration_error, self.position_error)
+        tracker = Tracker(filter=motion, max_age=self.max_age)
+        return Node(
+            navigator,
+            vehicle,
+            self.frame,
+            tracker,
+            None if self.namespaces is None else tuple(self.namespaces),
+            self.occupied,
+            self.unknown,
+            tolerance=self.tolerance,
+        )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A node of rclpy around the core: topics in, geometry_msgs/Twist out. Not run here: it needs an installation of ROS 2.
+#
+# Start it as `python -m slalom.adapters.ros.shell --ros-args -p radius:=0.25 -p track:=0.4 -r people:=/tracked`.
+
 
 TOPICS: Final = {
     "odom": "nav_msgs/msg/Odometry",

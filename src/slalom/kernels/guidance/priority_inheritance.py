@@ -12,7 +12,7 @@ import numpy as np
 
 from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.arrays import Flags
-from slalom.kernels.guidance.plane import along_and_across, is_free, nearest_image
+from slalom.kernels.guidance.grid import along_and_across, is_free, nearest_image
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.kernels.jit import kernel, squared
 

@@ -10,8 +10,14 @@ import numpy as np
 from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.arrays import Array, Flags, Indices, Singles
 from slalom.kernels.geometry.cubic import copy_into
-from slalom.kernels.guidance.grid_astar import cell_costs, farthest_in_sight, goal_in_sight, new_path_search
-from slalom.kernels.guidance.plane import along_and_across, nearest_image
+from slalom.kernels.guidance.grid import (
+    along_and_across,
+    cell_costs,
+    farthest_in_sight,
+    goal_in_sight,
+    nearest_image,
+    new_path_search,
+)
 from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, RobotRows
 from slalom.kernels.jit import kernel, squared, vectorized
 

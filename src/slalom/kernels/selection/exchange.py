@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slalom.base.tolerances import CLEARANCE, CONTACT
-from slalom.kernels.arrays import Array, BodyTable, Indices, MaybeHulls, PositionMap, Segments, Workspace
+from slalom.kernels.arrays import Array, BodyTable, Indices, MaybeHulls, PositionMap, Scene, Segments, States, Workspace
 from slalom.kernels.geometry.cubic import below, value
 from slalom.kernels.geometry.hulls import (
     MovingHull,
@@ -70,7 +70,6 @@ from slalom.kernels.selection.candidates import (
     with_room,
 )
 from slalom.kernels.selection.elements import hull_element, nearest_ball
-from slalom.kernels.selection.tables import Scene, States
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The segment that rejects a control, and the place on it: the step that decides whether a control is free.

@@ -1,1 +1,0 @@
-"""Models of crowds, which predict how people move: no part in safety."""
