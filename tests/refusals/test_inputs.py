@@ -2032,7 +2032,7 @@ CASES = [
     Case(
         "Recording.load",
         InvalidFile,
-        r"a\.h5: .*found format: expected 'slalom recording 2', found 'something else'",
+        r"a\.h5: .*found format: expected 'slalom recording 3', found 'something else'",
         foreign_hdf5,
     ),
     Case("Recording.load", InvalidFile, r"a\.h5: expected .*, found ", empty_recording),

@@ -27,11 +27,14 @@ from slalom import (
     State,
     Stationary,
     Trajectory,
+    Velocity,
 )
+from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure import hdf5
+from slalom.sim.measure.responses import Responses
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
 PLAIN = (
@@ -222,6 +225,45 @@ def test_gallery_runs_come_back(name: str, tmp_path: Path) -> None:
     assert loaded.parameters == recording.parameters
 
 
+def test_responses_come_back(tmp_path: Path) -> None:
+    """Also those of a search, whose texts are rounded, texts of a peer, and those of kinds that files do not have."""
+
+    class Own(Acceleration):
+        pass
+
+    one = recorded(2)
+    sequences = [AccelerationSequence(1 / 3, ((1 / 7, (0.1, 1 / 9 + 1e-12 * k)),)) for k in range(2)]
+    parts = [*sequences, "orca", Own(), Velocity(1 / 3), Velocity(1 / 3)] * 2
+    rows = [(part,) for part in parts]
+    recording = replace(one, responses=Responses.of(rows, 1))
+    assert len(recording.responses.parts) == 5
+    recording.save(tmp_path / "run.h5")
+    loaded = Recording.load(tmp_path / "run.h5")
+    assert loaded.digest() == recording.digest()
+    assert loaded.responses.texts == recording.responses.texts
+    found = [row[0] for row in loaded.responses.rows]
+    assert found == [repr(part) if isinstance(part, Own) else part for part in parts]
+
+
+def test_files_with_responses_as_text_are_read(saved: tuple[Recording, Path], tmp_path: Path) -> None:
+    """As responses; text that determines none stays as it is."""
+    recording = saved[0]
+    texts = recording.responses.texts
+    for changed in (
+        texts,
+        (("Jump(height=1.0)",), ("orca",), ("Velocity(ramp=-1)",), ("__import__('os')",), *texts[4:]),
+    ):
+        (tmp_path / "run.h5").write_bytes(saved[1].read_bytes())
+        with h5py.File(tmp_path / "run.h5", "r+") as file:
+            file.attrs["format"] = "slalom recording 2"
+            del file["run_0/responses"], file["run_0/response_parts"]
+            file["run_0/responses"] = np.array(changed, dtype=h5py.string_dtype())
+        loaded = Recording.load(tmp_path / "run.h5")
+        assert loaded.responses.texts == changed
+        assert loaded.responses.rows[4:] == recording.responses.rows[4:]
+    assert recording.responses != loaded.responses
+
+
 def test_a_run_without_steps_comes_back(tmp_path: Path) -> None:
     recording = simulate(build("empty", {"distance": 0.0}), METHODS["nao"])
     recording.save(tmp_path / "run.h5")
@@ -269,7 +311,7 @@ def test_the_file_has_the_names_of_navground(saved: tuple[Recording, Path]) -> N
     d, steps = recording.dimension, len(recording.accelerations)
     with h5py.File(path) as file:
         run = file["run_0"]
-        assert file.attrs["format"] == "slalom recording 2"
+        assert file.attrs["format"] == "slalom recording 3"
         assert run.attrs["time_step"] == PERIOD
         assert run.attrs["steps"] == steps
         assert run.attrs["seed"] == 7

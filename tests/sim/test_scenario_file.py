@@ -469,8 +469,8 @@ def test_robots_with_methods_of_their_own(tmp_path: Path) -> None:
     assert (second.name, second.method, second.margin, second.priority) == ("robot 1", None, None, 1.0)
     run = simulate(replace(scenario, duration=3.0), METHODS["nao"])
     assert run.method == "rvo+nao"
-    assert {responses[0].partition("(")[0] for responses in run.responses[1:]} == {"Velocity"}
-    assert {responses[1].partition("(")[0] for responses in run.responses[1:]} <= {
+    assert {type(row[0]).__name__ for row in run.responses.rows[1:]} == {"Velocity"}
+    assert {type(row[1]).__name__ for row in run.responses.rows[1:]} <= {
         "AccelerateThenCoast",
         "AccelerateThenBrake",
     }

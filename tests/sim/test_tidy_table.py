@@ -44,7 +44,7 @@ def test_every_row_is_a_robot_at_a_time(run: Recording) -> None:
             assert found[:-1].tolist() == values[:, k].tolist()
             assert np.isnan(found[-1]).all()
         assert [*rows.outcome] == [*(row[k] for row in run.outcomes), ""]
-        assert [*rows.response] == [*(row[k] for row in run.responses), ""]
+        assert [*rows.response] == [*(row[k] for row in run.responses.texts), ""]
         assert [*rows.arrived] == [t >= run.arrived[k] for t in run.times]
     assert frame.attrs["digest"] == run.digest()
     assert frame.attrs["method"] == run.method
@@ -111,7 +111,7 @@ def test_every_array_of_a_file_has_its_unit(run: Recording, tmp_path: Path) -> N
         file["run_0"].visititems(
             lambda name, member: found.update({name: member.attrs["units"]}) if hasattr(member, "shape") else None
         )
-    assert {name for name, unit in found.items() if not unit} == {"responses", "outcomes"}
+    assert {name for name, unit in found.items() if not unit} == {"responses", "response_parts", "outcomes"}
     assert found["poses"] == "m, rad"
     assert found == {name: units_of(name) for name in found}
     assert Recording.load(tmp_path / "run.h5").digest() == run.digest()
@@ -121,7 +121,7 @@ def test_units_are_of_the_first_pattern() -> None:
     assert units_of("robots/0/bounds/1/corners").startswith("m/s or")
     assert units_of("obstacles/3/shape/corners") == "m"
     assert units_of("obstacles/3/trajectory/of_another_package") == ""
-    assert all(unit or name in ("responses", "outcomes") for name, (unit, _) in ARRAYS.items())
+    assert all(unit or name in ("responses", "response_parts", "outcomes") for name, (unit, _) in ARRAYS.items())
 
 
 def test_files_without_units_are_read(run: Recording, tmp_path: Path) -> None:

@@ -2,9 +2,10 @@
 
 import inspect
 from collections import UserDict
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
 
 from slalom.base.checks import Checked, known, shown
 from slalom.base.errors import InvalidInput
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 
 Part = TypeVar("Part")
+NO_NAMES: Final[Mapping[str, str]] = MappingProxyType({})
 
 
 class Kind(NamedTuple):
@@ -119,3 +121,67 @@ def file_keys(part: Any) -> dict[str, str]:
     """The key in files of each field of a dataclass, by the name of the field, see `checks.Checked.key`."""
     held = {field.name: inspect.getattr_static(part, field.name, None) for field in fields(part)}
     return {name: (one.key if isinstance(one, Checked) else "") or name for name, one in held.items()}
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Parts as numbers, texts, lists and mappings, which JSON, YAML and HDF5 hold.
+
+
+def to_plain(part: Any, kinds: Mapping[str, type], where: str, *, keys: bool = True) -> dict[str, Any]:
+    """The kind of a part and its fields as numbers, texts, lists and mappings.
+
+    Args:
+        kinds: the table of its class; parts in it are of the same table. where: its name in messages.
+        keys: whether fields have their names in files, see `file_keys`.
+
+    Raises:
+        InvalidInput: a part of a class that is not in the table.
+    """
+    found: dict[str, Any] = {"kind": kind_of(part, kinds, where)}
+    for name, key in file_keys(type(part)).items():
+        key = key if keys else name
+        found[key] = _plain(getattr(part, name), kinds, f"{where}.{key}", keys)
+    return found
+
+
+def _plain(value: Any, kinds: Mapping[str, type], where: str, keys: bool) -> Any:
+    if hasattr(value, "tolist"):  # an array, or a number of numpy
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(name): _plain(one, kinds, where, keys) for name, one in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(one, kinds, where, keys) for one in value]
+    return to_plain(value, kinds, where, keys=keys) if is_dataclass(value) else value
+
+
+def from_plain(plain: Mapping[str, Any], kinds: Mapping[str, type], former: Mapping[str, str] = NO_NAMES) -> Any:
+    """The part that `to_plain` wrote, with or without `keys`.
+
+    Args:
+        former: present names of fields by names that they had in files.
+
+    Raises:
+        InvalidInput: an unknown kind, a field too many or too few, and what the constructor of the part refuses.
+    """
+    name = plain.get("kind")
+    cls = kinds.get(name) if isinstance(name, str) else None
+    if cls is None:
+        raise InvalidInput(f"kind: expected one of {', '.join(kinds)}, found {shown(name)}")
+    names = {key: name for name, key in file_keys(cls).items()}
+    names |= {name: name for name in names.values()}
+    given = {
+        names.get(key) or former.get(key, key): _value(value, kinds) for key, value in plain.items() if key != "kind"
+    }
+    needed = {item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING}
+    known_names = {item.name for item in fields(cls)}
+    if not needed <= set(given) <= known_names:
+        expected = ", ".join(sorted(known_names)) or "no field"
+        raise InvalidInput(f"{cls.__name__}: expected {expected}, found {shown(sorted(given))}")
+    return cls(**given)
+
+
+def _value(value: Any, kinds: Mapping[str, type]) -> Any:
+    if isinstance(value, Mapping):
+        known_part = "kind" in value
+        return from_plain(value, kinds) if known_part else {name: _value(one, kinds) for name, one in value.items()}
+    return tuple(_value(one, kinds) for one in value) if isinstance(value, list) else value

@@ -66,7 +66,7 @@ def recorded(recording: Recording) -> Recorded:
             recording.velocities[k],
             recording.accelerations[k],
             recording.controls[k],
-            recording.responses[k],
+            recording.responses.rows[k],
             recording.outcomes[k],
             recording.decision_times[k],
         )

@@ -30,6 +30,7 @@ from slalom.model.shape import SHAPES, Shape, Union
 from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
+from slalom.sim.measure.responses import Responses
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Content of HDF5 files, read in another process, which a malformed file can neither hang nor crash for the caller.
@@ -413,6 +414,16 @@ def unbounded(run: Group, name: str, *shape: int) -> npt.NDArray[np.float64]:
     return found
 
 
+def load_responses(run: Group, steps: int, n: int) -> Responses:
+    """Return the responses (steps, n)."""
+    parts = member(run.datasets, "response_parts")
+    # An array without elements has no texts.
+    found = parts.texts if isinstance(parts, Texts) else [] if parts.size == 0 else None
+    if found is None or len(parts.shape) != 1:
+        raise InvalidInput(f"response_parts: expected a list of texts, found shape {parts.shape}")
+    return Responses.from_json(found, numbers(run.datasets, "responses"), (steps, n))
+
+
 def texts(run: Group, name: str, *shape: int) -> tuple[tuple[str, ...], ...]:
     """Return the texts (T, N) of each step and robot."""
     found = member(run.datasets, name)
@@ -432,7 +443,8 @@ ARRAYS: Final[Mapping[str, tuple[str, str]]] = {
     "twists": ("m/s, rad/s", "(T + 1, N, d + 1) velocities and, last, 0"),
     "accelerations": ("m/s^2", "(T, N, d), constant over each step"),
     "controls": ("of the response", "(T, N, d) controls of the committed manoeuvres"),
-    "responses": ("", "(T, N) responses of the committed manoeuvres as text, names of the methods of peers"),
+    "responses": ("", "(T, N) numbers of the response_parts of the committed manoeuvres"),
+    "response_parts": ("", "responses as JSON: kind and fields, texts for names of the methods of peers"),
     "outcomes": ("", "(T, N) outcomes of the decisions, empty where none was due"),
     "decision_times": ("s", "(T, N) wall clock of the decisions"),
     "arrived": ("s", "(N,) absolute times of arrival, inf without one"),

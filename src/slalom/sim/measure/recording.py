@@ -32,6 +32,7 @@ from slalom.sim.measure.hdf5 import (
     load_holds,
     load_limits,
     load_obstacle,
+    load_responses,
     load_shape,
     member,
     named_numbers,
@@ -45,6 +46,7 @@ from slalom.sim.measure.hdf5 import (
     texts,
     unbounded,
 )
+from slalom.sim.measure.responses import Responses, Row
 from slalom.sim.measure.tidy_table import to_pandas
 from slalom.sim.scenario import Scenario
 
@@ -57,7 +59,7 @@ class Step(NamedTuple):
 
     Attributes:
         positions, velocities, accelerations: (N, d) [m, m/s, m/s^2].
-        controls: (N, d) of the committed manoeuvres. responses: their responses as text.
+        controls: (N, d) of the committed manoeuvres. responses: their responses, names of methods for peers.
         outcomes: names of the outcomes of decisions, "" without a decision. decision_times: (N,) [s] wall clock.
     """
 
@@ -65,7 +67,7 @@ class Step(NamedTuple):
     velocities: Array
     accelerations: Array
     controls: Array
-    responses: tuple[str, ...]
+    responses: Row
     outcomes: tuple[str, ...]
     decision_times: Array
 
@@ -103,10 +105,10 @@ class RunLog:
 # The HDF5 file of a run, as it is written; `Recording.load` reads it.
 
 
-FORMAT: Final = "slalom recording 2"
+FORMAT: Final = "slalom recording 3"
 """Name of the written format."""
-READABLE_FORMATS: Final = ("slalom recording 1", FORMAT)
-"""Names of the formats that are read."""
+FORMATS_WITH_TEXTS: Final = ("slalom recording 1", "slalom recording 2")
+"""Names of the former formats, which hold responses as text. They are read."""
 
 
 def save_run(recording: "Recording", path: Path | str) -> None:
@@ -135,9 +137,10 @@ def save_run(recording: "Recording", path: Path | str) -> None:
         run["twists"] = np.concatenate([recording.velocities, np.zeros_like(heading)], axis=-1)
         for name in ("accelerations", "controls", "decision_times", "arrived"):
             run[name] = getattr(recording, name)
-        for name in ("responses", "outcomes"):
-            texts = np.array(getattr(recording, name), dtype=h5py.string_dtype())
-            run[name] = texts.reshape(recording.decision_times.shape)
+        run["responses"] = recording.responses.number
+        run["response_parts"] = np.array(recording.responses.to_json(), dtype=h5py.string_dtype())
+        outcomes = np.array(recording.outcomes, dtype=h5py.string_dtype())
+        run["outcomes"] = outcomes.reshape(recording.decision_times.shape)
         _save_parts(run, recording)
         add_units(run)
 
@@ -206,7 +209,7 @@ class Recording:
         times: (T + 1,) absolute [s]. positions: (T + 1, N, d) [m]. velocities: (T + 1, N, d) [m/s].
         accelerations: (T, N, d) [m/s^2], constant over each step.
         controls: (T, N, d) of the committed manoeuvre, in the unit of its response; velocities for a peer.
-        responses: (T, N) texts of the responses; names for a peer.
+        responses: of the committed manoeuvres, see `Responses`; names for a peer.
         outcomes: (T, N) names of `Outcome`, CHOSEN or UNANSWERED; "" if no decision was due.
         decision_times: (T, N) wall clock [s], the only part that differs between equal runs.
         shapes: N. limits: N. goals: N. arrived: (N,) absolute time [s], inf if the robot did not arrive.
@@ -228,7 +231,7 @@ class Recording:
     velocities: Array
     accelerations: Array
     controls: Array
-    responses: tuple[tuple[str, ...], ...]
+    responses: Responses
     outcomes: tuple[tuple[str, ...], ...]
     decision_times: Array
     shapes: tuple[Shape, ...]
@@ -266,7 +269,7 @@ class Recording:
             velocities=np.array([*(step.velocities for step in steps), log.velocities]),
             accelerations=np.array([step.accelerations for step in steps]).reshape(-1, n, d),
             controls=np.array([step.controls for step in steps]).reshape(-1, n, d),
-            responses=tuple(step.responses for step in steps),
+            responses=Responses.of([step.responses for step in steps], n),
             outcomes=tuple(step.outcomes for step in steps),
             decision_times=np.array([step.decision_times for step in steps]).reshape(-1, n),
             shapes=tuple(robot.shape for robot in scenario.robots),
@@ -315,7 +318,7 @@ class Recording:
             velocities=self.velocities[:, one],
             accelerations=self.accelerations[:, one],
             controls=self.controls[:, one],
-            responses=tuple(row[one] for row in self.responses),
+            responses=self.responses.only(one),
             outcomes=tuple(row[one] for row in self.outcomes),
             decision_times=self.decision_times[:, one],
             shapes=self.shapes[one],
@@ -334,7 +337,8 @@ class Recording:
 
         For responses it covers the numbers, not the names of classes and fields: a rename changes no digest.
         """
-        numbers = [NUMBER.findall(text) for row in self.responses for text in row]
+        of_part = [NUMBER.findall(text) for text in self.responses.text_of_parts]
+        numbers = [of_part[k] for k in self.responses.number.ravel().tolist()]
         parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(numbers), repr(self.outcomes)]
         if self.period is not None:
             parts.append(repr(self.period))
@@ -379,15 +383,15 @@ class Recording:
         file = read_tree(path)
         try:
             found = text(file.attributes, "format") if "format" in file.attributes else "no format"
-            if found not in READABLE_FORMATS:
+            if found not in (FORMAT, *FORMATS_WITH_TEXTS):
                 raise InvalidInput(f"format: expected {FORMAT!r}, found {shown(found)}")
-            return cls._from_group(member(file.groups, "run_0"))
+            return cls._from_group(member(file.groups, "run_0"), found)
         except (SlalomError, ArithmeticError, TypeError, ValueError) as error:
             # Errors of the checks of the parts, and of numpy for values without a check.
             raise InvalidFile([f"{path}: expected the content of a recording, found {error}"]) from None
 
     @classmethod
-    def _from_group(cls, run: Group) -> "Recording":
+    def _from_group(cls, run: Group, written_as: str) -> "Recording":
         attributes, robots = run.attributes, listed(run, "robots")
         times = array(numbers(run.datasets, "times"), "times")
         poses = numbers(run.datasets, "poses")
@@ -411,7 +415,9 @@ class Recording:
             velocities=stored("twists", steps + 1, n, d + 1)[..., :-1],
             accelerations=stored("accelerations", steps, n, d),
             controls=unbounded(run, "controls", steps, n, d),
-            responses=texts(run, "responses", steps, n),
+            responses=load_responses(run, steps, n)
+            if written_as == FORMAT
+            else Responses.from_texts(texts(run, "responses", steps, n), n),
             outcomes=texts(run, "outcomes", steps, n),
             decision_times=stored("decision_times", steps, n),
             shapes=tuple(load_shape(member(robot.groups, "shape")) for robot in robots),

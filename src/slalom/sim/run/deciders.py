@@ -13,6 +13,7 @@ from slalom.fleet.observation import Observer
 from slalom.model.state import State
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles
+from slalom.sim.measure.responses import Row
 from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import Scenario
 
@@ -41,8 +42,8 @@ class Decider(Protocol):
     def accelerations(self, now: float, duration: float) -> Array:
         """The accelerations (n, 3) [m/s^2], constant over `duration` [s], that follow the committed manoeuvres."""
 
-    def committed(self) -> tuple[Array, tuple[str, ...]]:
-        """The controls (n, d) and the responses, as text, of all committed manoeuvres."""
+    def committed(self) -> tuple[Array, Row]:
+        """The controls (n, d) and the responses of all committed manoeuvres; for peers the names of their methods."""
 
 
 class SingleRobotDecider:
@@ -90,7 +91,7 @@ class SingleRobotDecider:
         acceleration[0, : self.scenario.dimension] = self.decision.manoeuvre.mean_acceleration(now, duration)
         return acceleration
 
-    def committed(self) -> tuple[Array, tuple[str, ...]]:
+    def committed(self) -> tuple[Array, Row]:
         assert self.decision is not None
         manoeuvre = self.decision.manoeuvre
-        return manoeuvre.control[None], (repr(manoeuvre.response),)
+        return manoeuvre.control[None], (manoeuvre.response,)
