@@ -134,7 +134,7 @@ OF_RECORDING = {
     ),
     "more arrivals": (lambda r: replaced(r, "arrived", lambda v: np.zeros(9)), "arrived: expected an array of shape"),
     "another dimension": (
-        lambda r: replaced(r["robots/0/goal"], "initial_position", lambda v: np.zeros(3)),
+        lambda r: replaced(r["robots/0/goal"], "position", lambda v: np.zeros(3)),
         r"goals: expected 2 dimensions, found \[3\]",
     ),
     "an unknown field": (lambda r: r["robots/0/shape"].attrs.create("colour", 1.0), "Disc: expected radius, found"),

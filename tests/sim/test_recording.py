@@ -368,7 +368,7 @@ def damaged(path: Path, target: Path, what: str) -> Path:
         "times",
         "outcomes",
         "robots/0/goal",
-        "obstacles/0/trajectory/initial_position",
+        "obstacles/0/trajectory/position",
     ],
 )
 def test_a_damaged_file_is_refused(what: str, saved: tuple[Recording, Path], tmp_path: Path) -> None:

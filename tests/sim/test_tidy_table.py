@@ -11,8 +11,8 @@ from test_recording import recorded
 from slalom import InvalidFile, InvalidInput, method
 from slalom.cli import call
 from slalom.sim import Recording, gallery, simulate
-from slalom.sim.measure.hdf5 import ARRAYS, units_of
 from slalom.sim.measure.tidy_table import COLUMNS, columns_of, write_table
+from slalom.sim.measure.units import ARRAYS, units_of
 
 pandas = pytest.importorskip("pandas")
 
@@ -113,14 +113,15 @@ def test_every_array_of_a_file_has_its_unit(run: Recording, tmp_path: Path) -> N
         )
     assert {name for name, unit in found.items() if not unit} == {"responses", "response_parts", "outcomes"}
     assert found["poses"] == "m, rad"
-    assert found == {name: units_of(name) for name in found}
+    assert found["robots/0/goal/position"] == "m"
     assert Recording.load(tmp_path / "run.h5").digest() == run.digest()
 
 
-def test_units_are_of_the_first_pattern() -> None:
-    assert units_of("robots/0/bounds/1/corners").startswith("m/s or")
-    assert units_of("obstacles/3/shape/corners") == "m"
-    assert units_of("obstacles/3/trajectory/of_another_package") == ""
+def test_units_of_parts_are_those_of_their_keys() -> None:
+    assert units_of("robots/0/bounds/1/corners", "convex_polygon") == "m/s^2"
+    assert units_of("obstacles/3/shape/corners", "polygon") == "m"
+    assert units_of("obstacles/3/trajectory/of_another_package", "swarm") == ""
+    assert units_of("robots/12/velocity_bounds") == "1, m/s"
     assert all(unit or name in ("responses", "response_parts", "outcomes") for name, (unit, _) in ARRAYS.items())
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 Part = TypeVar("Part")
 NO_NAMES: Final[Mapping[str, str]] = MappingProxyType({})
+NO_KINDS: Final[Mapping[str, type]] = MappingProxyType({})
 
 
 class Kind(NamedTuple):
@@ -127,57 +128,56 @@ def file_keys(part: Any) -> dict[str, str]:
 # Parts as numbers, texts, lists and mappings, which JSON, YAML and HDF5 hold.
 
 
-def to_plain(part: Any, kinds: Mapping[str, type], where: str, *, keys: bool = True) -> dict[str, Any]:
-    """The kind of a part and its fields as numbers, texts, lists and mappings.
+def to_plain(part: Any, kinds: Mapping[str, type], where: str) -> dict[str, Any]:
+    """The kind of a part and its fields as numbers, texts, lists and mappings, by their keys in files.
 
     Args:
         kinds: the table of its class; parts in it are of the same table. where: its name in messages.
-        keys: whether fields have their names in files, see `file_keys`.
 
     Raises:
         InvalidInput: a part of a class that is not in the table.
     """
     found: dict[str, Any] = {"kind": kind_of(part, kinds, where)}
     for name, key in file_keys(type(part)).items():
-        key = key if keys else name
-        found[key] = _plain(getattr(part, name), kinds, f"{where}.{key}", keys)
+        found[key] = plain(getattr(part, name), kinds, f"{where}.{key}")
     return found
 
 
-def _plain(value: Any, kinds: Mapping[str, type], where: str, keys: bool) -> Any:
+def plain(value: Any, kinds: Mapping[str, type] = NO_KINDS, where: str = "") -> Any:
+    """A value as numbers, texts, lists and mappings; the parts in it by `to_plain`."""
     if hasattr(value, "tolist"):  # an array, or a number of numpy
         return value.tolist()
     if isinstance(value, Mapping):
-        return {str(name): _plain(one, kinds, where, keys) for name, one in value.items()}
+        return {str(name): plain(one, kinds, where) for name, one in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_plain(one, kinds, where, keys) for one in value]
-    return to_plain(value, kinds, where, keys=keys) if is_dataclass(value) else value
+        return [plain(one, kinds, where) for one in value]
+    return to_plain(value, kinds, where) if is_dataclass(value) else value
 
 
-def from_plain(plain: Mapping[str, Any], kinds: Mapping[str, type], former: Mapping[str, str] = NO_NAMES) -> Any:
-    """The part that `to_plain` wrote, with or without `keys`.
+def from_plain(given: Mapping[str, Any], kinds: Mapping[str, type], former: Mapping[str, str] = NO_NAMES) -> Any:
+    """The part that `to_plain` wrote; fields have their keys in files, or their names.
 
     Args:
-        former: present names of fields by names that they had in files.
+        former: names of fields by former keys in files.
 
     Raises:
         InvalidInput: an unknown kind, a field too many or too few, and what the constructor of the part refuses.
     """
-    name = plain.get("kind")
+    name = given.get("kind")
     cls = kinds.get(name) if isinstance(name, str) else None
     if cls is None:
         raise InvalidInput(f"kind: expected one of {', '.join(kinds)}, found {shown(name)}")
     names = {key: name for name, key in file_keys(cls).items()}
     names |= {name: name for name in names.values()}
-    given = {
-        names.get(key) or former.get(key, key): _value(value, kinds) for key, value in plain.items() if key != "kind"
+    values = {
+        names.get(key) or former.get(key, key): _value(value, kinds) for key, value in given.items() if key != "kind"
     }
     needed = {item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING}
     known_names = {item.name for item in fields(cls)}
-    if not needed <= set(given) <= known_names:
+    if not needed <= set(values) <= known_names:
         expected = ", ".join(sorted(known_names)) or "no field"
-        raise InvalidInput(f"{cls.__name__}: expected {expected}, found {shown(sorted(given))}")
-    return cls(**given)
+        raise InvalidInput(f"{cls.__name__}: expected {expected}, found {shown(sorted(values))}")
+    return cls(**values)
 
 
 def _value(value: Any, kinds: Mapping[str, type]) -> Any:

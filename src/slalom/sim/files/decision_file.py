@@ -12,8 +12,8 @@ from pydantic import AfterValidator, Field, FiniteFloat, ValidationError
 
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
-from slalom.decision.decision import Approach
 from slalom.decision.document import FORECAST_KINDS, FORMAT, RESPONSE_KINDS, result
+from slalom.decision.inputs import Approach
 from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
 from slalom.decision.settings import Risk, Settings
@@ -221,7 +221,7 @@ class DecisionFile(NamedTuple):
             previous=before,
             budget=made.budget,
         )
-        return decision, result(decision) == self.written
+        return decision, result(decision.outcome.name, decision.manoeuvre) == self.written
 
 
 def read_decision(path: Path | str) -> DecisionFile:

@@ -19,7 +19,7 @@ from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
-from slalom.model.shape import Shape
+from slalom.model.shape import SHAPES, Shape
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.periodic import Period, checked_period
@@ -32,14 +32,13 @@ from slalom.sim.measure.hdf5 import (
     load_holds,
     load_limits,
     load_obstacle,
+    load_part,
     load_responses,
-    load_shape,
     member,
     named_numbers,
     numbers,
     read_tree,
     save_part,
-    save_shape,
     save_trajectory,
     scalar,
     text,
@@ -150,7 +149,7 @@ def _save_parts(run: Any, recording: "Recording") -> None:
     span = float(recording.times[0]), float(recording.times[-1])
     for k, (shape, limits, goal) in enumerate(zip(recording.shapes, recording.limits, recording.goals)):
         group = run.create_group(f"robots/{k}")
-        save_shape(group.create_group("shape"), shape)
+        save_part(group.create_group("shape"), shape, SHAPES)
         group.attrs["name"] = recording.names[k]
         group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
         for name in HALF_SPACES:
@@ -174,7 +173,7 @@ def _save_parts(run: Any, recording: "Recording") -> None:
             headings["times"], headings["angles"] = obstacle.heading.times, obstacle.heading.angles
         else:
             group.attrs["heading"] = obstacle.heading
-        save_shape(group.create_group("shape"), obstacle.shape)
+        save_part(group.create_group("shape"), obstacle.shape, SHAPES)
         if obstacle.uncertainty is not None:
             save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
         save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
@@ -420,7 +419,7 @@ class Recording:
             else Responses.from_texts(texts(run, "responses", steps, n), n),
             outcomes=texts(run, "outcomes", steps, n),
             decision_times=stored("decision_times", steps, n),
-            shapes=tuple(load_shape(member(robot.groups, "shape")) for robot in robots),
+            shapes=tuple(load_part(member(robot.groups, "shape"), SHAPES) for robot in robots),
             limits=tuple(load_limits(robot, d) for robot in robots),
             goals=tuple(load_goal(robot) for robot in robots),
             arrived=unbounded(run, "arrived", n),
