@@ -124,7 +124,7 @@ from slalom.sim import (
     read_study,
     simulate,
 )
-from slalom.sim.files.decision_file import _decision, read_decision
+from slalom.sim.files.decision_file import CommitmentSpec, PathSpec, SourceSpec, _decision, read_decision
 from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
@@ -589,26 +589,48 @@ DECISIONS = [
     Case(
         "read_decision",
         InvalidFile,
-        r"d\.json: velocity: expected 2 numbers",
+        r"d\.json:1:\d+: state: velocity: expected 2 numbers",
         undumped(lambda content: content["state"].update(velocity=[0.0, 0.0, 0.0])),
     ),
     Case(
-        "_navigator",
+        "NavigatorSpec.navigator",
         InvalidFile,
         r"navigator\.period: expected at most",
         undumped(lambda content: content["navigator"].update(period=1e-12)),
     ),
     Case(
-        "_source",
+        "read_decision",
         InvalidFile,
-        r"obstacles\[0\]: expected one of obstacle, table, tracks; found none",
+        r"d\.json:1:\d+: obstacles\.0: expected one of obstacle, table, tracks; found none",
         undumped(lambda content: content["obstacles"].append({}) or content["obstacles"].pop(0)),
     ),
     Case(
-        "_path",
+        "SourceSpec.build",
+        InvalidInput,
+        r"expected one of obstacle, table, tracks; found none",
+        lambda _: SourceSpec.model_construct().build(),
+    ),
+    Case(
+        "read_decision",
         InvalidFile,
-        r"previous\.path: expected increasing times",
+        r"d\.json:1:\d+: previous\.path: expected increasing times",
         undumped(lambda content: content["previous"]["path"].update(times=[1.0, 0.0])),
+    ),
+    Case(
+        "PathSpec.build",
+        InvalidInput,
+        r"expected increasing times and 1 pieces, found shapes \(0,\) and \(0,\)",
+        lambda _: PathSpec.model_construct(times=[0.0, 1.0], points=[], error=[]).build(),
+    ),
+    Case(
+        "CommitmentSpec.build",
+        InvalidInput,
+        r"path: expected dimension 2, found 3",
+        lambda _: CommitmentSpec.model_construct(
+            control=[0.0, 0.0],
+            path=PathSpec(times=[0.0, 1.0], points=[[[0.0] * 3] * 4], error=[0.0]),
+            approach=None,
+        ).build(),
     ),
     Case(
         "_no_control_obstacle",

@@ -17,7 +17,7 @@ from slalom.model.limits import HalfSpace, Limits
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import checked_period
-from slalom.sim.files.parts import Place
+from slalom.sim.files.parts import Place, built
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import (
     GroupSpec,
@@ -27,7 +27,6 @@ from slalom.sim.files.schema import (
     RobotSpec,
     ScenarioSpec,
     WrittenRobot,
-    heading_of,
     is_group,
     robots_of,
 )
@@ -165,7 +164,7 @@ class _Parts(Mistakes):
         )
         velocity = me.velocity or [0.0] * d
         state = State(me.position, velocity) if len(velocity) == len(me.position) == d else None
-        bounds = tuple(bound.build() for bound in me.bounds)
+        bounds = built(me.bounds)
         for k, bound in enumerate(bounds):
             # A bound of another dimension raises in any state.
             self.attempt(written.at("bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
@@ -174,7 +173,7 @@ class _Parts(Mistakes):
         if state is None or shape is None:
             return None
         chosen = None if me.method is None else method(me.method)
-        objective = None if me.objective is None else me.objective.build()
+        objective = built(me.objective)
         robot = self.attempt(
             written.at("goal"),
             lambda: Robot(shape, limits, state, goal, written.name, chosen, me.margin, me.priority, objective),
@@ -185,7 +184,7 @@ class _Parts(Mistakes):
         """Return a half-space, and note one of another dimension than the robot."""
         if len(spec.normal) != d:
             self.note((*place, "normal"), f"expected {d} numbers, found {len(spec.normal)}")
-        return spec.build()
+        return HalfSpace(spec.normal, spec.offset)
 
     def obstacle(self, k: int, spec: ObstacleSpec, d: int) -> Obstacle | None:
         """Return an obstacle of the robot's dimension; None with a mistake."""
@@ -193,10 +192,9 @@ class _Parts(Mistakes):
         shape = self.attempt(("obstacles", k), lambda: spec.whole_shape(d))
         if shape is None:
             return None
-        uncertainty = spec.uncertainty.build() if spec.uncertainty is not None else None
         return self.attempt(
             ("obstacles", k, "trajectory"),
-            lambda: Obstacle(shape, spec.trajectory.build(), name, heading_of(spec.heading), uncertainty),
+            lambda: Obstacle(shape, spec.trajectory.build(), name, built(spec.heading), built(spec.uncertainty)),
         )
 
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:
