@@ -315,7 +315,7 @@ def test_a_fleet_has_the_defaults_of_a_scenario() -> None:
     same = ["horizon", "margin", "holds", "patience", *names]
     assert {name: given[name] for name in same} == {name: fields[names.get(name, name)].default for name in same}
     assert given["guided"] is None
-    assert fields["guided"].default == 1.0
+    assert fields["guided"].default is True
     assert given["detours"] == gallery.build("circle").navigator(METHODS["nao"]).detours
 
 

@@ -20,7 +20,7 @@ from slalom.model.trajectory import TRAJECTORIES
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Obstacle
 from slalom.sim.measure.hdf5 import in_files
-from slalom.sim.scenario import SIGHT, Robot, Scenario
+from slalom.sim.scenario import Robot, Scenario, numbers_of
 
 NOT_IN_FILES = ("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
 """Settings that scenario files cannot hold."""
@@ -49,7 +49,7 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     content: dict[str, Any] = {"name": scenario.name}
     numbers = dict.fromkeys(("start", "duration", "dt", "horizon", "margin", "replan", *NUMBERS))
     content |= {name: float(getattr(scenario, name)) for name in numbers}
-    content |= {name: float(getattr(scenario, name)) for name in SIGHT if getattr(scenario, name)}
+    content |= {name: value for name, value in numbers_of(scenario.sight).items() if value}
     content |= {} if scenario.guided else {"guided": False}
     content["holds"] = [float(hold) for hold in scenario.holds]
     if scenario.period is not None:

@@ -31,7 +31,7 @@ from slalom.sim.files.schema import (
     robots_of,
 )
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, in_order, messages
-from slalom.sim.scenario import SETTINGS, Robot, Scenario, unfit_times, whole_periods
+from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers, unfit_times, whole_periods
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -87,11 +87,10 @@ class _Parts(Mistakes):
         found = self.recorded(recording, d) if recording and d else None
         self.periods(content)
         spec = _valid(ScenarioSpec, content)
-        settings = spec.model_dump(include=set(SETTINGS)) if spec else {}
-        settings |= {"guided": float(spec.guided)} if spec else {}
+        settings = self.settings(spec) if spec else {}
         if spec and recording and found:
             settings |= self.while_recorded(spec, recording, found)
-            settings["notes"] = found.notes
+            settings["notes"] = (*settings.get("notes", ()), *found.notes)
             obstacles += there_in(found, recording.window, spec.horizon)
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
@@ -108,6 +107,20 @@ class _Parts(Mistakes):
             written[0].at("goal"),
             lambda: Scenario(spec.name or _stem(self.path), whole, some, holds=tuple(spec.holds), **settings),
         )
+
+    def settings(self, spec: ScenarioSpec) -> dict[str, Any]:
+        """Return the arguments of the scenario for its settings; none of them with a mistake."""
+        numbers = spec.model_dump(include=set(SETTINGS))
+        notes: tuple[str, ...] = ()
+        if numbers["hidden_speed"] and not numbers["passive_safety"]:
+            notes = ("The file has hidden_speed without passive_safety: no agents are hidden.",)
+            numbers["hidden_speed"] = 0.0
+        try:
+            return from_numbers(numbers) | {"notes": notes}
+        except InvalidInput as error:
+            key, _, text = str(error).partition(": ")
+            self.note((key,), text)
+            return {}
 
     def written_robots(self, content: dict[str, Any]) -> list[WrittenRobot]:
         """Return the keys of each robot of the file, those of groups included; note names that occur twice."""

@@ -279,7 +279,7 @@ class Recording:
             foresight=log.foresight,
             period=scenario.period,
             names=_distinct([robot.name for robot in scenario.robots]),
-            settings={name: float(getattr(scenario, name)) for name in DECIDING},
+            settings={name: scenario.settings[name] for name in DECIDING},
             holds=tuple(scenario.holds),
         )
 

@@ -46,7 +46,7 @@ class GuidedRun(Guidance):
             world_period=scenario.period,
             threads=threads,
         )
-        self.states, self.guided = states, bool(scenario.guided) and scenario.dimension == 2
+        self.states, self.guided = states, scenario.guided and scenario.dimension == 2
         goals, guide = states.goals(scenario.start), self.guide
         # The arrays of the states change in place.
         self.guide = guide._replace(

@@ -136,10 +136,8 @@ class PeerDecider:
 def _refuse(scenario: Scenario, peer: Peer) -> None:
     """Raise InvalidInput for a scenario that the peer cannot be run in."""
     for name in ("sight_noise", "sight_delay", "sight_loss", *SIGHT):
-        if getattr(scenario, name):
-            raise InvalidInput(
-                f"{name}: expected 0 for {peer.name}, whose observations are exact; found {getattr(scenario, name):g}"
-            )
+        if found := scenario.settings[name]:
+            raise InvalidInput(f"{name}: expected 0 for {peer.name}, whose observations are exact; found {found:g}")
     if scenario.period is not None:
         raise InvalidInput(
             f"period: expected none for {peer.name}, whose world is not periodic; found {scenario.period}"
