@@ -1863,7 +1863,7 @@ CASES = [
         lambda _: scenario(replan=0.25),
     ),
     Case(
-        "Scenario.__post_init__",
+        "from_numbers",
         InvalidInput,
         r"guided: expected 0 or 1, found 0.5",
         lambda _: build("circle", {"guided": 0.5}),
