@@ -1684,6 +1684,8 @@ CASES = [
     ),
     refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", aliases(8)),
     refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", "a: &a [*a]"),
+    refused_yaml("_refuse_values", r"a\.yaml:2:3: expected text as a key, found a list", "a: 1\n? [b]\n: 2"),
+    refused_yaml("_refuse_values", r"a\.yaml:1:3: expected text as a key, found a mapping", "? {b: 1}\n: 2"),
     *(
         refused_yaml(
             "_refuse_values", rf"a\.yaml:1:11: expected a value that can be read, found {found}", f"duration: {text}"
