@@ -5,7 +5,7 @@ from collections import UserDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeAlias, TypeVar, get_args, get_type_hints
 
 from slalom.base.checks import Checked, known, shown
 from slalom.base.errors import InvalidInput
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 Part = TypeVar("Part")
 NO_NAMES: Final[Mapping[str, str]] = MappingProxyType({})
 NO_KINDS: Final[Mapping[str, type]] = MappingProxyType({})
+Tables: TypeAlias = Mapping[Any, Mapping[str, type]]
+PLAIN: Final = (bool, int, float, str)
+NO_TABLES: Final[Tables] = MappingProxyType({})
 
 
 class Kind(NamedTuple):
@@ -128,30 +131,40 @@ def file_keys(part: Any) -> dict[str, str]:
 # Parts as numbers, texts, lists and mappings, which JSON, YAML and HDF5 hold.
 
 
-def to_plain(part: Any, kinds: Mapping[str, type], where: str) -> dict[str, Any]:
-    """The kind of a part and its fields as numbers, texts, lists and mappings, by their keys in files.
+def to_plain(value: Any, kinds: Mapping[str, type] = NO_KINDS, where: str = "", tables: Tables = NO_TABLES) -> Any:
+    """A value as numbers, texts, lists and mappings: that of a dataclass has the keys of its fields in files.
 
     Args:
-        kinds: the table of its class; parts in it are of the same table. where: its name in messages.
+        kinds: the table of the class of a part, for its `kind`; parts in it are of the same table.
+        where: the name of the value in messages.
+        tables: the tables of fields by the protocol in their annotation, for dataclasses that hold several sorts.
 
     Raises:
-        InvalidInput: a part of a class that is not in the table.
+        InvalidInput: a part of a class that is not in its table.
     """
-    found: dict[str, Any] = {"kind": kind_of(part, kinds, where)}
-    for name, key in file_keys(type(part)).items():
-        found[key] = plain(getattr(part, name), kinds, f"{where}.{key}")
+    if hasattr(value, "tolist"):  # an array, or a number of numpy
+        return value.tolist()
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(name): to_plain(one, kinds, f"{where}.{name}", tables) for name, one in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [to_plain(one, kinds, f"{where}[{k}]", tables) for k, one in enumerate(value)]
+    cls = type(value)
+    if not is_dataclass(value):
+        # A part may be of a class that is no dataclass.
+        return value if value is None or kinds is NO_KINDS or cls in PLAIN else kind_of(value, kinds, where)
+    found: dict[str, Any] = {"kind": kind_of(value, kinds, where)} if kinds is not NO_KINDS else {}
+    hints = get_type_hints(cls) if tables else {}
+    for name, key in file_keys(cls).items():
+        table = next((tables[one] for one in _types_in(hints.get(name)) if one in tables), kinds)
+        found[key] = to_plain(getattr(value, name), table, f"{where}.{key}".removeprefix("."), tables)
     return found
 
 
-def plain(value: Any, kinds: Mapping[str, type] = NO_KINDS, where: str = "") -> Any:
-    """A value as numbers, texts, lists and mappings; the parts in it by `to_plain`."""
-    if hasattr(value, "tolist"):  # an array, or a number of numpy
-        return value.tolist()
-    if isinstance(value, Mapping):
-        return {str(name): plain(one, kinds, where) for name, one in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [plain(one, kinds, where) for one in value]
-    return to_plain(value, kinds, where) if is_dataclass(value) else value
+def _types_in(hint: Any) -> tuple[Any, ...]:
+    """An annotation, and the types in it."""
+    return (hint, *(inner for one in get_args(hint) for inner in _types_in(one)))
 
 
 def from_plain(given: Mapping[str, Any], kinds: Mapping[str, type], former: Mapping[str, str] = NO_NAMES) -> Any:

@@ -9,23 +9,22 @@ from pathlib import Path as FilePath
 from typing import Any, Final
 
 from slalom.base.errors import InvalidFile, InvalidInput, reason
-from slalom.base.registry import plain, to_plain
+from slalom.base.registry import Tables, to_plain
 from slalom.decision.inputs import Commitment, DecisionInputs
 from slalom.decision.methods import method
 from slalom.decision.objective import OBJECTIVES
 from slalom.decision.settings import Settings, names_of
 from slalom.forecast.forecast import FORECASTS
-from slalom.model.bounds import BOUNDS
+from slalom.model.bounds import BOUNDS, Bound
 from slalom.model.goal import Goal
-from slalom.model.limits import HalfSpace, Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
-from slalom.model.response import RESPONSES
+from slalom.model.response import RESPONSES, Response
 from slalom.model.response.kinds import AccelerationSequence
-from slalom.model.shape import SHAPES
-from slalom.model.trajectory import TRAJECTORIES
-from slalom.model.uncertainty import UNCERTAINTIES
-from slalom.obstacle import Headings, Obstacle
+from slalom.model.shape import SHAPES, Shape
+from slalom.model.trajectory import TRAJECTORIES, Trajectory
+from slalom.model.uncertainty import UNCERTAINTIES, Uncertainty
+from slalom.obstacle import Obstacle
 from slalom.obstacle.horizon import HORIZONS
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
@@ -33,7 +32,18 @@ from slalom.obstacle.tracks import Tracks
 FORMAT: Final = "slalom decision 1"
 FORECAST_KINDS: Final = {name: type(forecast) for name, forecast in FORECASTS.items()}
 RESPONSE_KINDS: Final = {kind.__name__: kind for kind in (*RESPONSES, AccelerationSequence)}
-STATE_FIELDS: Final = ("position", "velocity", "acceleration", "heading")
+TABLES: Final[Tables] = {
+    Shape: SHAPES,
+    Trajectory: TRAJECTORIES,
+    Bound: BOUNDS,
+    Uncertainty: UNCERTAINTIES,
+    Response: RESPONSE_KINDS,
+}
+"""Tables of parts by their protocol."""
+OBSTACLE_KEYS: Final = (
+    *("name", "heading", "after_end", "contact_at_rest", "shape", "trajectory", "uncertainty", "probability", "owner"),
+)
+"""Keys of an obstacle in their order in files."""
 TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares", "probabilities")
 """Attributes of `Tracks` in files, besides the states."""
 
@@ -64,7 +74,7 @@ def document(made: DecisionInputs | None, outcome: str, manoeuvre: Manoeuvre) ->
             "machine": f"{platform.system()} {platform.machine()}",
         },
         "navigator": _navigator(made.navigator),
-        "state": _named(made.state, STATE_FIELDS),
+        "state": to_plain(made.state),
         "obstacles": [_source(one, f"obstacles[{k}]") for k, one in enumerate(made.obstacles)],
         "goal": None if made.goal is None else goal_to_plain(made.goal, "goal"),
         "robots": None if made.robots is None else _tracks(made.robots, "robots"),
@@ -77,12 +87,12 @@ def document(made: DecisionInputs | None, outcome: str, manoeuvre: Manoeuvre) ->
 
 def result(outcome: str, manoeuvre: Manoeuvre) -> dict[str, Any]:
     """The name of the outcome and the manoeuvre of a decision, to the bit."""
-    return {"outcome": outcome, **_manoeuvre(manoeuvre, "response")}
+    return {"outcome": outcome, **to_plain(manoeuvre, where="decision", tables=TABLES)}
 
 
 def _named(value: Any, names: tuple[str, ...]) -> dict[str, Any]:
     """Attributes that are numbers, texts or arrays, by name."""
-    return {name: plain(getattr(value, name)) for name in names}
+    return {name: to_plain(getattr(value, name)) for name in names}
 
 
 def _optional(part: Any, kinds: Mapping[str, type], where: str) -> dict[str, Any] | None:
@@ -97,27 +107,12 @@ def _navigator(navigator: Settings) -> dict[str, Any]:
     return {
         "method": name,
         "shape": to_plain(navigator.robot, SHAPES, "robot"),
-        "limits": limits_to_plain(navigator.limits, ""),
+        "limits": to_plain(navigator.limits, tables=TABLES),
         **_named(navigator, (*names_of(Settings, float), *names_of(Settings, tuple))),
         "objective": to_plain(navigator.objective, OBJECTIVES, "objective"),
         "horizons": _optional(navigator.horizons, HORIZONS, "horizons"),
         "risk": {"loss": None if loss == float("inf") else loss, "likely": likely},
     }
-
-
-def limits_to_plain(limits: Limits, where: str) -> dict[str, Any]:
-    """The maximum speed and acceleration and the bounds of a robot, with the keys of files."""
-    return {
-        "max_speed": limits.max_speed,
-        "max_acceleration": limits.max_acceleration,
-        "velocity_bounds": [_half_space(bound) for bound in limits.velocity_bounds],
-        "acceleration_bounds": [_half_space(bound) for bound in limits.acceleration_bounds],
-        "bounds": [to_plain(bound, BOUNDS, f"{where}bounds[{k}]") for k, bound in enumerate(limits.bounds)],
-    }
-
-
-def _half_space(bound: HalfSpace) -> dict[str, Any]:
-    return {"normal": bound.normal.tolist(), "offset": bound.offset}
 
 
 def goal_to_plain(goal: Goal, where: str) -> dict[str, Any]:
@@ -135,20 +130,8 @@ def _source(one: Obstacle | ObstacleTable | Tracks, where: str) -> dict[str, Any
 
 
 def _obstacle(obstacle: Obstacle, where: str) -> dict[str, Any]:
-    return {
-        "name": obstacle.name,
-        "heading": heading_to_plain(obstacle.heading),
-        **_named(obstacle, ("after_end", "contact_at_rest")),
-        "shape": to_plain(obstacle.shape, SHAPES, f"{where}.shape"),
-        "trajectory": to_plain(obstacle.trajectory, TRAJECTORIES, f"{where}.trajectory"),
-        "uncertainty": _optional(obstacle.uncertainty, UNCERTAINTIES, f"{where}.uncertainty"),
-        **_named(obstacle, ("probability", "owner")),
-    }
-
-
-def heading_to_plain(heading: float | Headings | str) -> Any:
-    """The heading of an obstacle: an angle [rad], a word, or times and angles."""
-    return _named(heading, ("times", "angles")) if isinstance(heading, Headings) else heading
+    found = to_plain(obstacle, where=where, tables=TABLES)
+    return {key: found[key] for key in OBSTACLE_KEYS}
 
 
 def _tracks(tracks: Tracks, where: str) -> dict[str, Any]:
@@ -166,18 +149,10 @@ def _tracks(tracks: Tracks, where: str) -> dict[str, Any]:
     }
 
 
-def _manoeuvre(manoeuvre: Manoeuvre, where: str) -> dict[str, Any]:
-    return {
-        "response": to_plain(manoeuvre.response, RESPONSE_KINDS, where),
-        "state": _named(manoeuvre.state, STATE_FIELDS),
-        **_named(manoeuvre, ("control", "start")),
-    }
-
-
 def _commitment(before: Commitment) -> dict[str, Any]:
     return {
-        **_manoeuvre(before.manoeuvre, "previous"),
-        "path": None if before.path is None else plain(before.path._asdict()),
+        **to_plain(before.manoeuvre, where="previous", tables=TABLES),
+        "path": to_plain(before.path),
         "progress": before.progress,
-        "approach": None if before.approach is None else plain(before.approach._asdict()),
+        "approach": to_plain(before.approach),
     }

@@ -176,7 +176,9 @@ class PathSpec(Built):
     error: list[NotNegative]
 
     def build(self) -> CubicPath:
-        times, points, error = np.array(self.times), np.array(self.points), np.array(self.error)
+        times = np.array(self.times)
+        points = np.array(self.points)
+        error = np.array(self.error)
         n = len(times) - 1
         if points.shape[:2] != (n, 4) or error.shape != (n,) or np.any(np.diff(times) <= 0.0):
             raise InvalidInput(

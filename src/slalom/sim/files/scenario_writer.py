@@ -9,8 +9,8 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from slalom.base.errors import InvalidInput
-from slalom.base.registry import plain, to_plain
-from slalom.decision.document import goal_to_plain, heading_to_plain, limits_to_plain
+from slalom.base.registry import to_plain
+from slalom.decision.document import TABLES, goal_to_plain
 from slalom.decision.objective import OBJECTIVES
 from slalom.decision.settings import NUMBERS
 from slalom.model.goal import Goal
@@ -68,11 +68,11 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
 
 
 def _robot(robot: Robot, start: float, end: float) -> dict[str, Any]:
-    limits = limits_to_plain(robot.limits, "")
+    limits = to_plain(robot.limits, tables=TABLES)
     found: dict[str, Any] = {
         "name": robot.name,
-        "position": plain(robot.state.position),
-        "velocity": plain(robot.state.velocity),
+        "position": to_plain(robot.state.position),
+        "velocity": to_plain(robot.state.velocity),
         "shape": _part(robot.shape, SHAPES),
         "max_speed": limits.pop("max_speed"),
         "max_acceleration": limits.pop("max_acceleration"),
@@ -107,7 +107,7 @@ def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
     found: dict[str, Any] = {"name": obstacle.name, "shape": _part(obstacle.shape, SHAPES)}
     found["trajectory"] = _part(in_files(obstacle.trajectory, start, end), TRAJECTORIES)
     if obstacle.heading != 0.0:
-        found["heading"] = heading_to_plain(obstacle.heading)
+        found["heading"] = to_plain(obstacle.heading)
     if obstacle.uncertainty is not None:
         found["uncertainty"] = _part(obstacle.uncertainty, UNCERTAINTIES)
     return found
