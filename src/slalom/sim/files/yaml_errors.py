@@ -85,7 +85,7 @@ def _refuse_size(path: Path, root: Node | None) -> None:
 
 
 def _refuse_values(path: Path, root: Node | None) -> None:
-    """Raise InvalidFile with all values that are not of the kind of their tag or form, or no text, and with such keys."""
+    """Raise InvalidFile with all values that are not of the kind of their tag or form, or no text; also keys."""
     constructor, mistakes = YAML(typ="safe").constructor, []
     for node in _nodes(root):
         for key, _ in node.value if isinstance(node, MappingNode) else ():
