@@ -138,6 +138,10 @@ OF_RECORDING = {
         r"goals: expected 2 dimensions, found \[3\]",
     ),
     "an unknown field": (lambda r: r["robots/0/shape"].attrs.create("colour", 1.0), "Disc: expected radius, found"),
+    "a field twice": (
+        lambda r: r["robots/0/goal"].attrs.create("initial_position", [0.0, 0.0]),
+        r"Stationary: expected initial_position, found \['initial_position', 'position'\]",
+    ),
     "no period": (lambda r: r.attrs.create("period", [0.0, 1.0]), "period: expected 2 numbers above 0"),
 }
 """Changes of a good run that are no recording, and what is said of them."""

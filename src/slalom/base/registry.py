@@ -4,6 +4,7 @@ import inspect
 from collections import UserDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeAlias, TypeVar, get_args, get_type_hints
 
@@ -150,16 +151,22 @@ def to_plain(value: Any, kinds: Mapping[str, type] = NO_KINDS, where: str = "", 
         return {str(name): to_plain(one, kinds, f"{where}.{name}", tables) for name, one in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [to_plain(one, kinds, f"{where}[{k}]", tables) for k, one in enumerate(value)]
-    cls = type(value)
+    cls: Any = type(value)
     if not is_dataclass(value):
         # A part may be of a class that is no dataclass.
         return value if value is None or kinds is NO_KINDS or cls in PLAIN else kind_of(value, kinds, where)
     found: dict[str, Any] = {"kind": kind_of(value, kinds, where)} if kinds is not NO_KINDS else {}
-    hints = get_type_hints(cls) if tables else {}
+    types = _types_of(cls) if tables else {}
     for name, key in file_keys(cls).items():
-        table = next((tables[one] for one in _types_in(hints.get(name)) if one in tables), kinds)
+        table = next((tables[one] for one in types.get(name, ()) if one in tables), kinds)
         found[key] = to_plain(getattr(value, name), table, f"{where}.{key}".removeprefix("."), tables)
     return found
+
+
+@lru_cache(maxsize=256)
+def _types_of(cls: type) -> dict[str, tuple[Any, ...]]:
+    """The types in the annotation of each field of a dataclass."""
+    return {name: _types_in(hint) for name, hint in get_type_hints(cls).items()}
 
 
 def _types_in(hint: Any) -> tuple[Any, ...]:
@@ -187,14 +194,15 @@ def from_plain(given: Mapping[str, Any], kinds: Mapping[str, type], former: Mapp
     }
     needed = {item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING}
     known_names = {item.name for item in fields(cls)}
-    if not needed <= set(values) <= known_names:
+    twice = len(values) < len(given) - 1
+    if twice or not needed <= set(values) <= known_names:
         expected = ", ".join(sorted(known_names)) or "no field"
-        raise InvalidInput(f"{cls.__name__}: expected {expected}, found {shown(sorted(values))}")
+        raise InvalidInput(f"{cls.__name__}: expected {expected}, found {shown(sorted(set(given) - {'kind'}))}")
     return cls(**values)
 
 
 def _value(value: Any, kinds: Mapping[str, type]) -> Any:
     if isinstance(value, Mapping):
-        known_part = "kind" in value
-        return from_plain(value, kinds) if known_part else {name: _value(one, kinds) for name, one in value.items()}
+        is_part = isinstance(value.get("kind"), str)
+        return from_plain(value, kinds) if is_part else {name: _value(one, kinds) for name, one in value.items()}
     return tuple(_value(one, kinds) for one in value) if isinstance(value, list) else value
