@@ -19,7 +19,7 @@ from slalom.sim.measure.metrics import (
     passing_sides,
     side_flips,
 )
-from slalom.sim.measure.responses import Responses
+from slalom.sim.measure.responses import RecordedResponses
 
 DT = 0.1
 
@@ -40,7 +40,7 @@ def drawn(ways, velocities, *, radius: float = 0.5, outcomes=None) -> Recording:
         velocities=velocities,
         accelerations=accelerations,
         controls=accelerations,
-        responses=Responses.of([(Velocity(),) * n] * steps, n),
+        responses=RecordedResponses.of([(Velocity(),) * n] * steps, n),
         outcomes=outcomes or (("CLEAR",) * n,) * steps,
         decision_times=np.zeros((steps, n)),
         shapes=(disc_or_ball(radius, d),) * n,

@@ -34,7 +34,7 @@ from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure import hdf5
-from slalom.sim.measure.responses import Responses
+from slalom.sim.measure.responses import RecordedResponses
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
 PLAIN = (
@@ -235,7 +235,7 @@ def test_responses_come_back(tmp_path: Path) -> None:
     sequences = [AccelerationSequence(1 / 3, ((1 / 7, (0.1, 1 / 9 + 1e-12 * k)),)) for k in range(2)]
     parts = [*sequences, "orca", Own(), Velocity(1 / 3), Velocity(1 / 3)] * 2
     rows = [(part,) for part in parts]
-    recording = replace(one, responses=Responses.of(rows, 1))
+    recording = replace(one, responses=RecordedResponses.of(rows, 1))
     assert len(recording.responses.parts) == 5
     recording.save(tmp_path / "run.h5")
     loaded = Recording.load(tmp_path / "run.h5")

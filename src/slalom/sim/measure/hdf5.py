@@ -30,7 +30,7 @@ from slalom.model.shape import SHAPES
 from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
-from slalom.sim.measure.responses import Responses
+from slalom.sim.measure.responses import RecordedResponses
 from slalom.sim.measure.units import units_of
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -256,16 +256,17 @@ def in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
 
 def save_part(group: Any, part: Any, kinds: Mapping[str, type], where: str = "part") -> None:
     """Write the kind of a part and its fields, see `base.registry.to_plain`; parts in it as numbered groups."""
-    _save_plain(group, to_plain(part, kinds, where))
+    save_plain(group, to_plain(part, kinds, where))
 
 
-def _save_plain(group: Any, plain: Mapping[str, Any]) -> None:
+def save_plain(group: Any, plain: Mapping[str, Any]) -> None:
+    """Write a mapping of `to_plain`: lists of numbers as arrays, mappings as groups, all else as attributes."""
     for key, value in plain.items():
         if isinstance(value, Mapping):
-            _save_plain(group.create_group(key), value)
+            save_plain(group.create_group(key), value)
         elif isinstance(value, list) and value and isinstance(value[0], Mapping):
             for k, one in enumerate(value):
-                _save_plain(group.create_group(f"{key}/{k}"), one)
+                save_plain(group.create_group(f"{key}/{k}"), one)
         elif isinstance(value, list):
             group[key] = np.array(value, dtype=np.float64)
         elif value is not None:
@@ -409,14 +410,14 @@ def unbounded(run: Group, name: str, *shape: int) -> npt.NDArray[np.float64]:
     return found
 
 
-def load_responses(run: Group, steps: int, n: int) -> Responses:
+def load_responses(run: Group, steps: int, n: int) -> RecordedResponses:
     """Return the responses (steps, n)."""
     parts = member(run.datasets, "response_parts")
     # An array without elements has no texts.
     found = parts.texts if isinstance(parts, Texts) else [] if parts.size == 0 else None
     if found is None or len(parts.shape) != 1:
         raise InvalidInput(f"response_parts: expected a list of texts, found shape {parts.shape}")
-    return Responses.from_json(found, numbers(run.datasets, "responses"), (steps, n))
+    return RecordedResponses.from_json(found, numbers(run.datasets, "responses"), (steps, n))
 
 
 def texts(run: Group, name: str, *shape: int) -> tuple[tuple[str, ...], ...]:

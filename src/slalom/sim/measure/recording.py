@@ -13,7 +13,8 @@ import numpy as np
 
 from slalom.base.checks import Array, array, array_of, positive, short, shown, whole
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
-from slalom.base.registry import Kind, Registry
+from slalom.base.registry import Kind, Registry, to_plain
+from slalom.decision.document import goal_to_plain
 from slalom.decision.settings import NUMBERS
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
@@ -39,13 +40,14 @@ from slalom.sim.measure.hdf5 import (
     numbers,
     read_tree,
     save_part,
+    save_plain,
     save_trajectory,
     scalar,
     text,
     texts,
     unbounded,
 )
-from slalom.sim.measure.responses import Responses, Row
+from slalom.sim.measure.responses import RecordedResponses, ResponseRow
 from slalom.sim.measure.tidy_table import to_pandas
 from slalom.sim.scenario import Scenario
 
@@ -66,7 +68,7 @@ class Step(NamedTuple):
     velocities: Array
     accelerations: Array
     controls: Array
-    responses: Row
+    responses: ResponseRow
     outcomes: tuple[str, ...]
     decision_times: Array
 
@@ -161,16 +163,12 @@ def _save_parts(run: Any, recording: "Recording") -> None:
         group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
         save_trajectory(group.create_group("goal"), goal.trajectory, *span)
         if isinstance(goal, PathGoal):
-            path = group.create_group("goal_path")
-            path["points"], path.attrs["lookahead"] = goal.points, goal.lookahead
-            if goal.speeds is not None:
-                path["speeds"] = goal.speeds
+            save_plain(group.create_group("goal_path"), goal_to_plain(goal, "goal")["path"])
     for k, obstacle in enumerate(recording.obstacles):
         group = run.create_group(f"obstacles/{k}")
         group.attrs.update(name=obstacle.name, contact_at_rest=obstacle.contact_at_rest)
         if isinstance(obstacle.heading, Headings):
-            headings = group.create_group("headings")
-            headings["times"], headings["angles"] = obstacle.heading.times, obstacle.heading.angles
+            save_plain(group.create_group("headings"), to_plain(obstacle.heading))
         else:
             group.attrs["heading"] = obstacle.heading
         save_part(group.create_group("shape"), obstacle.shape, SHAPES)
@@ -208,7 +206,7 @@ class Recording:
         times: (T + 1,) absolute [s]. positions: (T + 1, N, d) [m]. velocities: (T + 1, N, d) [m/s].
         accelerations: (T, N, d) [m/s^2], constant over each step.
         controls: (T, N, d) of the committed manoeuvre, in the unit of its response; velocities for a peer.
-        responses: of the committed manoeuvres, see `Responses`; names for a peer.
+        responses: of the committed manoeuvres, see `RecordedResponses`; names for a peer.
         outcomes: (T, N) names of `Outcome`, CHOSEN or UNANSWERED; "" if no decision was due.
         decision_times: (T, N) wall clock [s], the only part that differs between equal runs.
         shapes: N. limits: N. goals: N. arrived: (N,) absolute time [s], inf if the robot did not arrive.
@@ -230,7 +228,7 @@ class Recording:
     velocities: Array
     accelerations: Array
     controls: Array
-    responses: Responses
+    responses: RecordedResponses
     outcomes: tuple[tuple[str, ...], ...]
     decision_times: Array
     shapes: tuple[Shape, ...]
@@ -268,7 +266,7 @@ class Recording:
             velocities=np.array([*(step.velocities for step in steps), log.velocities]),
             accelerations=np.array([step.accelerations for step in steps]).reshape(-1, n, d),
             controls=np.array([step.controls for step in steps]).reshape(-1, n, d),
-            responses=Responses.of([step.responses for step in steps], n),
+            responses=RecordedResponses.of([step.responses for step in steps], n),
             outcomes=tuple(step.outcomes for step in steps),
             decision_times=np.array([step.decision_times for step in steps]).reshape(-1, n),
             shapes=tuple(robot.shape for robot in scenario.robots),
@@ -416,7 +414,7 @@ class Recording:
             controls=unbounded(run, "controls", steps, n, d),
             responses=load_responses(run, steps, n)
             if written_as == FORMAT
-            else Responses.from_texts(texts(run, "responses", steps, n), n),
+            else RecordedResponses.from_texts(texts(run, "responses", steps, n), n),
             outcomes=texts(run, "outcomes", steps, n),
             decision_times=stored("decision_times", steps, n),
             shapes=tuple(load_part(member(robot.groups, "shape"), SHAPES) for robot in robots),

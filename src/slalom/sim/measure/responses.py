@@ -17,23 +17,23 @@ from slalom.decision.document import RESPONSE_KINDS
 from slalom.kernels.arrays import Indices
 from slalom.model.response import Response
 
-Row = tuple[Response | str, ...]
+ResponseRow = tuple[Response | str, ...]
 """Responses of N robots; texts for names of peers, and for responses of files of which only the text is known."""
 
 
 @dataclass(frozen=True, eq=False)
-class Responses:
+class RecordedResponses:
     """Responses of N robots over T steps.
 
     Attributes:
-        parts: distinct responses, or texts, see `Row`. number: (T, N) of the part of each robot, from 0.
+        parts: distinct responses, or texts, see `ResponseRow`. number: (T, N) of the part of each robot, from 0.
     """
 
-    parts: Row
+    parts: ResponseRow
     number: Indices
 
     @classmethod
-    def of(cls, rows: Sequence[Sequence[Response | str]], n: int) -> "Responses":
+    def of(cls, rows: Sequence[Sequence[Response | str]], n: int) -> "RecordedResponses":
         """The responses of T rows with n robots each."""
         parts: list[Response | str] = []
         # Most rows hold the same objects: their texts are made once.
@@ -47,16 +47,16 @@ class Responses:
         return cls(tuple(parts), np.array(numbers, dtype=np.int64).reshape(-1, n))
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Responses) and self.rows == other.rows and self.texts == other.texts
+        return isinstance(other, RecordedResponses) and self.rows == other.rows and self.texts == other.texts
 
     __hash__ = None  # type: ignore[assignment]  # as of arrays
 
     def __repr__(self) -> str:
         steps, n = self.number.shape
-        return f"<Responses: {len(self.parts)} of {n} robots, steps: {steps}>"
+        return f"<RecordedResponses: {len(self.parts)} of {n} robots, steps: {steps}>"
 
     @cached_property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[ResponseRow, ...]:
         """The responses, or texts, of each step."""
         return tuple(tuple(self.parts[k] for k in row) for row in self.number.tolist())
 
@@ -71,7 +71,7 @@ class Responses:
         """The text of each part."""
         return tuple(part if isinstance(part, str) else repr(part) for part in self.parts)
 
-    def only(self, robots: slice) -> "Responses":
+    def only(self, robots: slice) -> "RecordedResponses":
         """The responses of some robots."""
         return replace(self, number=self.number[:, robots])
 
@@ -80,7 +80,7 @@ class Responses:
         return [json.dumps(_in_file(part), allow_nan=False) for part in self.parts]
 
     @classmethod
-    def from_json(cls, parts: Iterable[str], number: npt.NDArray[Any], shape: tuple[int, int]) -> "Responses":
+    def from_json(cls, parts: Iterable[str], number: npt.NDArray[Any], shape: tuple[int, int]) -> "RecordedResponses":
         """The responses of a file. Raises InvalidInput for other content, and for numbers without a part."""
         found = tuple(_from_file(part, f"response_parts[{k}]") for k, part in enumerate(parts))
         if number.shape != shape or number.dtype.kind not in "iu":
@@ -95,7 +95,7 @@ class Responses:
         return cls(found, number.astype(np.int64))
 
     @classmethod
-    def from_texts(cls, rows: Sequence[Sequence[str]], n: int) -> "Responses":
+    def from_texts(cls, rows: Sequence[Sequence[str]], n: int) -> "RecordedResponses":
         """The responses of texts, as files before format 3 hold them."""
         part_of = {text: part_of_text(text) for row in rows for text in row}
         return cls.of([[part_of[text] for text in row] for row in rows], n)

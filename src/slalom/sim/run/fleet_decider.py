@@ -17,7 +17,7 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import DecisionSettings
 from slalom.model.path_goal import PathGoal
 from slalom.obstacle.window import ObstacleWindow
-from slalom.sim.measure.responses import Row
+from slalom.sim.measure.responses import ResponseRow
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.states import RobotStates, sensing_of
@@ -201,5 +201,5 @@ class FleetDecider:
         velocity, _ = self.fleet.planned(now + duration)
         return self.states.stop_departed((velocity - self.states.velocity) / duration, duration)
 
-    def committed(self) -> tuple[Array, Row]:
+    def committed(self) -> tuple[Array, ResponseRow]:
         return self.fleet.table.each["control"][:, : self.scenario.dimension].copy(), self.fleet.committed_responses()

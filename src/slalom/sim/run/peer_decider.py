@@ -18,7 +18,7 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import ObstacleWindow
 from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
-from slalom.sim.measure.responses import Row
+from slalom.sim.measure.responses import ResponseRow
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import SIGHT, Robot, Scenario
@@ -129,7 +129,7 @@ class PeerDecider:
                     acceleration[k, :2] *= max_acceleration / size
         return acceleration
 
-    def committed(self) -> tuple[Array, Row]:
+    def committed(self) -> tuple[Array, ResponseRow]:
         return self._chosen.copy(), (self.peer.name,) * len(self._chosen)
 
 
