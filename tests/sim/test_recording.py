@@ -1,12 +1,15 @@
 """Recordings: what is saved and loaded is the same to the bit, and anything else is refused."""
 
+import json
 import os
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from pathlib import Path
 
 import h5py
 import numpy as np
+import parts
 import pytest
 from parts import BOUNDS, PERIOD, TRAJECTORIES as ENROLLED, disc_or_ball
 
@@ -29,8 +32,14 @@ from slalom import (
     Trajectory,
     Velocity,
 )
+from slalom.base.registry import from_plain, to_plain
+from slalom.decision.document import RESPONSE_KINDS
+from slalom.decision.objective import OBJECTIVES
+from slalom.model.bounds import BOUNDS as BOUND_KINDS
 from slalom.model.response.kinds import AccelerationSequence
+from slalom.model.shape import SHAPES
 from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial
+from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure import hdf5
@@ -223,6 +232,26 @@ def test_gallery_runs_come_back(name: str, tmp_path: Path) -> None:
     assert loaded.digest() == recording.digest()
     assert same_bits(loaded.obstacles, recording.obstacles)
     assert loaded.parameters == recording.parameters
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_parts_of_every_kind_come_back_from_json(d: int) -> None:
+    """To the bit, by the codec of all formats; nothing but numbers, texts, lists and mappings is in between."""
+    each: list[tuple[object, Mapping[str, type]]] = [
+        *((part, TRAJECTORIES) for part in every_kind(d).values()),
+        *((parts.SHAPES[name](0.7, d), SHAPES) for name in parts.served(d)),
+        *((bound, BOUND_KINDS) for make in BOUNDS.values() for bound in make(d)),
+        *((part, UNCERTAINTIES) for part in parts.UNCERTAINTIES.values()),
+        *((make(d), OBJECTIVES) for make in parts.OBJECTIVES.values()),
+        *((part, RESPONSE_KINDS) for part in parts.RESPONSES.values()),
+    ]
+    found = 0
+    for part, kinds in each:
+        if type(part) in kinds.values():
+            found += 1
+            again = from_plain(json.loads(json.dumps(to_plain(part, kinds))), kinds)
+            assert same_bits(again, part), part
+    assert found > 25
 
 
 def test_responses_come_back(tmp_path: Path) -> None:
