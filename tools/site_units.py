@@ -18,6 +18,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "max_speed": "[m/s] of the robots",
     "noise": "[m] standard deviation of the starts",
     "offset": "[m] of the car from the straight line of the robot",
+    "passive_safety": "1: hidden agents touch the robot at rest only, 2: visible ones as well, 0: neither",
     "people": "number of people",
     "radius": "[m] of the circle of starts",
     "random": "1: random start and goal outside of the ring; 0: fixed ones",

@@ -308,7 +308,7 @@ def test_a_response_and_a_method(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     row = Method("doubled", lambda limits, period, holds: (Doubled(),), Known(), "A test.", "Nobody, 2025")
     monkeypatch.setitem(METHODS, "doubled", row)
     run = simulate(build("head_on", {"duration": 3.0}), row)
-    assert {text for (text,) in run.responses} == {repr(Doubled())}
+    assert {text for (text,) in run.responses.texts} == {repr(Doubled())}
     assert metrics.summary(run)["collisions"] == 0
     np.testing.assert_allclose(run.accelerations, 2.0 * run.controls, atol=1e-12)
     assert call(["run", "head_on", "--method", "doubled", "--set", "duration=1", "--json"]) == FAILED  # too short

@@ -24,7 +24,7 @@ FLEETS = {
 def fleet(name: str, duration: float) -> Scenario:
     """A fleet without guidance, so that goals alone decide where robots head."""
     scenario, settings = FLEETS[name]
-    return replace(gallery.build(scenario, settings, seed=5), duration=duration, guided=0.0)
+    return replace(gallery.build(scenario, settings, seed=5), duration=duration, guided=False)
 
 
 @pytest.mark.parametrize("name", FLEETS)

@@ -208,7 +208,7 @@ def five_robots(seed: int) -> Scenario:
     )
     wall = Obstacle(Polyline([(-3.0, 2.0), (-1.0, 3.0)], 0.1), Stationary((0.0, 0.0)), "wall")
     car = Obstacle(Disc(0.5), Circular((0.0, 0.0), 3.0, 1.0), "car")
-    return Scenario("five", robots, (wall, car), horizon=5.0, holds=(0.5, 1.0), guided=0.0)
+    return Scenario("five", robots, (wall, car), horizon=5.0, holds=(0.5, 1.0), guided=False)
 
 
 def test_collisions_of_robots_count_once():

@@ -96,7 +96,7 @@ def test_goals_may_move_and_be_paths(guided: bool) -> None:
         Robot(Disc(0.4), limits, State(start, (0.0, 0.0)), goal, str(k))
         for k, (start, goal) in enumerate(zip(starts, goals))
     )
-    scenario = Scenario("goals", robots, duration=4.0, guided=float(guided))
+    scenario = Scenario("goals", robots, duration=4.0, guided=guided)
     run = simulate(scenario, "nao")
     for anew in (False, True):
         fleet, positions, velocities = fleet_of(scenario, METHODS["nao"]), np.array(starts), np.zeros((3, 2))
@@ -340,7 +340,7 @@ def test_a_fleet_has_the_defaults_of_a_scenario() -> None:
     same = ["horizon", "margin", "holds", "patience", *names]
     assert {name: given[name] for name in same} == {name: fields[names.get(name, name)].default for name in same}
     assert given["guided"] is None
-    assert fields["guided"].default == 1.0
+    assert fields["guided"].default is True
     assert given["detours"] == gallery.build("circle").navigator(METHODS["nao"]).detours
 
 

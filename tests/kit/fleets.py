@@ -130,7 +130,7 @@ def fleet_of(scenario: Scenario, method: Method) -> Fleet:
         patience=scenario.patience,
         world_period=scenario.period,
         obstacles=scenario.obstacles,
-        guided=bool(scenario.guided),
+        guided=scenario.guided,
     )
 
 

@@ -112,12 +112,36 @@ OF_RECORDING = {
     "flat poses": (lambda r: replaced(r, "poses", lambda v: v[0, 0]), "poses: expected an array .*, found shape"),
     "poses on a line": (lambda r: replaced(r, "poses", lambda v: v[..., :2]), "poses: expected an array .*, found"),
     "fewer responses": (lambda r: replaced(r, "outcomes", lambda v: v[1:]), "outcomes: expected texts of shape"),
+    "responses without a part": (
+        lambda r: replaced(r, "responses", lambda v: v + 5),
+        "responses: expected numbers of the . response_parts, found 5 to ",
+    ),
+    "numbers with fractions": (
+        lambda r: replaced(r, "responses", lambda v: v + 0.5),
+        "responses: expected whole numbers of shape .*, found float64",
+    ),
+    "no response parts": (lambda r: r.__delitem__("response_parts"), "response_parts: expected it in the file"),
+    "numbers for response parts": (lambda r: again(r, "response_parts", [1.0]), "response_parts: expected a list of"),
+    "no JSON": (lambda r: again(r, "response_parts", ["{"]), r"response_parts\[0\]: expected JSON, found '{'"),
+    "a list for a part": (lambda r: again(r, "response_parts", ["[]"]), r"response_parts\[0\]: expected a mapping or"),
+    "an unknown response": (
+        lambda r: again(r, "response_parts", ['{"kind": "Jump"}']),
+        r"response_parts\[0\]: kind: expected one of Velocity, .*, found 'Jump'",
+    ),
+    "a negative hold": (
+        lambda r: again(r, "response_parts", ['{"kind": "AccelerateThenCoast", "hold": -1}']),
+        r"response_parts\[0\]: hold: expected a number above 0, found -1",
+    ),
     "more arrivals": (lambda r: replaced(r, "arrived", lambda v: np.zeros(9)), "arrived: expected an array of shape"),
     "another dimension": (
-        lambda r: replaced(r["robots/0/goal"], "initial_position", lambda v: np.zeros(3)),
+        lambda r: replaced(r["robots/0/goal"], "position", lambda v: np.zeros(3)),
         r"goals: expected 2 dimensions, found \[3\]",
     ),
     "an unknown field": (lambda r: r["robots/0/shape"].attrs.create("colour", 1.0), "Disc: expected radius, found"),
+    "a field twice": (
+        lambda r: r["robots/0/goal"].attrs.create("initial_position", [0.0, 0.0]),
+        r"Stationary: expected initial_position, found \['initial_position', 'position'\]",
+    ),
     "no period": (lambda r: r.attrs.create("period", [0.0, 1.0]), "period: expected 2 numbers above 0"),
 }
 """Changes of a good run that are no recording, and what is said of them."""

@@ -80,6 +80,7 @@ NAVIGATOR = Navigator(NAO, DISC, LIMITS)
 AHEAD = LookAhead(Navigator(method("nao_ahead"), DISC, LIMITS))
 NEVER_STOPS, TO_STOP = Limits(4.0, 2.0, bounds=(LeastSpeed(1.0),)), Goal(Stationary((9.0, 0.0)), stop=True)
 IN_WORLD = Tracks([(9, 0)], [(0, 0)], 1, worlds=[0])
+PASSIVE = {"sight_range": 3.0, "passive_safety": 1.0, "hidden_speed": 1.0}
 
 
 def future(probability: float, x: float = 12.0) -> Obstacle:
@@ -536,12 +537,18 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
         r"sight: expected no hidden speed in a fleet, found 1 m/s",
         lambda _: Fleet(NAO, DISC, LIMITS, robots=2, sight=Sight(hidden_speed=1.0)),
     ),
-    ("sight_of", r"occlusion: expected 0, 1 or 2, found 3", lambda _: replace(SCENE, occlusion=3.0)),
-    ("sight_of", r"sight_range: expected one above 0", lambda _: replace(SCENE, passive_safety=1.0)),
+    ("sight_of", r"occlusion: expected 0, 1 or 2, found 3", lambda _: SCENE.with_settings({"occlusion": 3.0})),
+    ("sight_of", r"sight_range: expected one above 0", lambda _: SCENE.with_settings(PASSIVE | {"sight_range": 0.0})),
+    ("sight_of", r"passive_safety: expected 1 or 2 with", lambda _: SCENE.with_settings({"hidden_speed": 1.0})),
+    (
+        "from_numbers",
+        r"hidden_speed: expected a speed \[m/s\] with passive_safety, found none",
+        lambda _: SCENE.with_settings({"sight_range": 5.0, "passive_safety": 1.0}),
+    ),
     (
         "refuse_sight",
-        r"sight_range: expected limited sight in the plane only, found dimension 3",
-        lambda _: replace(gallery.build("drones_crossing"), sight_range=3.0),
+        r"sight: expected limited sight in the plane only, found dimension 3",
+        lambda _: replace(gallery.build("drones_crossing"), sight=Sight(3.0)),
     ),
     (
         "refuse_sight",
@@ -550,13 +557,13 @@ REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
     ),
     (
         "refuse_sight",
-        r"passive_safety: expected 0 for several robots, found it for 2",
-        lambda _: replace(SCENE, robots=PAIR, sight_range=3.0, passive_safety=1.0),
+        r"sight: expected no hidden speed for several robots, found 1 m/s",
+        lambda _: replace(SCENE, robots=PAIR).with_settings(PASSIVE),
     ),
     (
         "Method.stopping",
         r"passive_safety: expected a method with .* such as nao, found nao_ahead",
-        lambda _: simulate(replace(SCENE, sight_range=3.0, passive_safety=1.0), "nao_ahead"),
+        lambda _: simulate(SCENE.with_settings(PASSIVE), "nao_ahead"),
     ),
     ("Recording.row", r"robot: expected the name or number of one of 2", lambda _: run(2).row()),
     ("not_huge", r"position: expected numbers of magnitude up to 1e\+100", lambda _: State((1e308, 0), (0, 0))),

@@ -43,7 +43,7 @@ def meeting(period=PERIOD, shifts=((0.0, 0.0),) * 3, **settings) -> Scenario:
     robots = tuple(robot(k, np.add(a, by), np.add(b, by)) for k, ((a, b), by) in enumerate(zip(ways, shifts)))
     rock = Obstacle(Disc(0.4), Stationary((4.6, 1.2)), "rock")
     return Scenario(
-        "meeting", robots, (rock,), duration=4.0, horizon=5.0, guided=0.0, holds=(0.5, 1.0), period=period, **settings
+        "meeting", robots, (rock,), duration=4.0, horizon=5.0, guided=False, holds=(0.5, 1.0), period=period, **settings
     )
 
 
@@ -195,7 +195,7 @@ def test_robots_of_a_small_world_meet_several_images(method, period):
     starts = [(0.0, 0.0), (0.9, 0.9)]
     ways = [(50.0, 0.0), (0.9, -50.0)]
     robots = tuple(robot(k, a, b) for k, (a, b) in enumerate(zip(starts, ways)))
-    small = Scenario("small", robots, duration=8.0, horizon=5.0, guided=0.0, holds=(0.5, 1.0), period=period)
+    small = Scenario("small", robots, duration=8.0, horizon=5.0, guided=False, holds=(0.5, 1.0), period=period)
     run = simulate(small, METHODS[method])
     assert between_robots(run)[0, 1] > 0.0
     assert np.linalg.norm(run.velocities, axis=2).max() > 0.5
@@ -223,7 +223,7 @@ def brute_force(run: Recording, i: int, j: int) -> float:
 def passing(shape=None) -> Recording:
     """Two robots that do not meet, 8 m apart and driving against each other."""
     robots = (robot(0, (0, 0), (9, 0), (1, 0), shape), robot(1, (8, 1.0), (-9, 1), (-1, 0)))
-    return simulate(Scenario("passing", robots, duration=3.0, guided=0.0), METHODS["nao"])
+    return simulate(Scenario("passing", robots, duration=3.0, guided=False), METHODS["nao"])
 
 
 @pytest.mark.parametrize("shape", [None, Rectangle(0.6, 0.4)], ids=["discs", "rectangle"])

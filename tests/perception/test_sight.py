@@ -27,9 +27,10 @@ from slalom import (
     Stationary,
     method,
 )
+from slalom.perception.sight import FULL_TURN, OCCLUSIONS
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.scenario_writer import scenario_text
-from slalom.sim.scenario import Scenario
+from slalom.sim.scenario import Scenario, numbers_of, sight_of
 from slalom.sim.shape_distance import clearances
 
 RAYS = 400
@@ -314,10 +315,10 @@ def test_sight_that_reaches_everything_changes_nothing():
     """The run is the same, to the bit for several robots, and up to rounding of tables for one."""
     for name, settings in (("corridor", {}), ("circle", {"robots": 4.0, "radius": 5.0, "robot_radius": 0.5})):
         plain = gallery.build(name, {**settings, "duration": 1.5}, seed=1)
-        runs = [simulate(replace(plain, sight_range=reach), "nao") for reach in (0.0, 1e4)]
+        runs = [simulate(replace(plain, sight=sight), "nao") for sight in (None, Sight(1e4, occlusion="none"))]
         assert np.allclose(runs[0].positions, runs[1].positions, rtol=0.0, atol=1e-6)
     assert runs[0].digest() == runs[1].digest()
-    short = simulate(replace(plain, sight_range=1.5), "nao")
+    short = simulate(replace(plain, sight=Sight(1.5, occlusion="none")), "nao")
     assert short.digest() != runs[0].digest()
 
 
@@ -328,13 +329,31 @@ def test_scenario_files_hold_sight(tmp_path):
     path.write_text(scenario_text(scenario))
     found = read_scenario(path)
     assert found.sight == scenario.sight == Sight(8.0, 2.5, 0.7, "walls", 1.5, True)
+    assert found.settings == scenario.settings
+
+
+@pytest.mark.parametrize("reach", [3.0, math.inf])
+@pytest.mark.parametrize("turn", [2.0, FULL_TURN])
+@pytest.mark.parametrize("occlusion", OCCLUSIONS)
+@pytest.mark.parametrize("passive", [{}, {"hidden_speed": 1.2}, {"hidden_speed": 0.0, "any_motion": True}])
+def test_settings_stand_for_a_sight(reach, turn, occlusion, passive):
+    """Numbers give the sight of which they are; without a limit there is none."""
+    if reach == math.inf and passive:
+        return
+    sight = Sight(reach, turn, 0.3, occlusion, **passive)
+    limits = reach < math.inf or turn < FULL_TURN or occlusion != "none"
+    assert sight_of(numbers_of(sight)) == (sight if limits else None)
+    scenario = replace(gallery.build("head_on"), sight=sight)
+    assert scenario.with_settings({"margin": 0.1}).sight == sight
+    assert scenario.with_settings({"sight_near": 0.5, "sight_range": 4.0}).sight == replace(sight, range=4.0, near=0.5)
+    assert scenario.with_settings({"passive_safety": 0.0, "sight_range": 4.0}).sight.hidden_speed is None
 
 
 def test_a_robot_that_looks_ahead_sees_no_farther():
     """A car beyond the range does not change what it does; the same car without limits does."""
     scenario = replace(gallery.build("head_on"), duration=0.5)
     empty = simulate(replace(scenario, obstacles=()), "nao_ahead")
-    limited = simulate(replace(scenario, sight_range=5.0), "nao_ahead")
+    limited = simulate(replace(scenario, sight=Sight(5.0, occlusion="none")), "nao_ahead")
     assert np.array_equal(limited.positions, empty.positions)
     assert not np.array_equal(simulate(scenario, "nao_ahead").positions, empty.positions)
 

@@ -124,7 +124,7 @@ from slalom.sim import (
     read_study,
     simulate,
 )
-from slalom.sim.files.decision_file import _decision, read_decision
+from slalom.sim.files.decision_file import CommitmentSpec, PathSpec, SourceSpec, _decision, read_decision
 from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
@@ -589,26 +589,48 @@ DECISIONS = [
     Case(
         "read_decision",
         InvalidFile,
-        r"d\.json: velocity: expected 2 numbers",
+        r"d\.json:1:\d+: state: velocity: expected 2 numbers",
         undumped(lambda content: content["state"].update(velocity=[0.0, 0.0, 0.0])),
     ),
     Case(
-        "_navigator",
+        "NavigatorSpec.navigator",
         InvalidFile,
         r"navigator\.period: expected at most",
         undumped(lambda content: content["navigator"].update(period=1e-12)),
     ),
     Case(
-        "_source",
+        "read_decision",
         InvalidFile,
-        r"obstacles\[0\]: expected one of obstacle, table, tracks; found none",
+        r"d\.json:1:\d+: obstacles\.0: expected one of obstacle, table, tracks; found none",
         undumped(lambda content: content["obstacles"].append({}) or content["obstacles"].pop(0)),
     ),
     Case(
-        "_path",
+        "SourceSpec.build",
+        InvalidInput,
+        r"expected one of obstacle, table, tracks; found none",
+        lambda _: SourceSpec.model_construct().build(),
+    ),
+    Case(
+        "read_decision",
         InvalidFile,
-        r"previous\.path: expected increasing times",
+        r"d\.json:1:\d+: previous\.path: expected increasing times",
         undumped(lambda content: content["previous"]["path"].update(times=[1.0, 0.0])),
+    ),
+    Case(
+        "PathSpec.build",
+        InvalidInput,
+        r"expected increasing times and 1 pieces, found shapes \(0,\) and \(0,\)",
+        lambda _: PathSpec.model_construct(times=[0.0, 1.0], points=[], error=[]).build(),
+    ),
+    Case(
+        "CommitmentSpec.build",
+        InvalidInput,
+        r"path: expected dimension 2, found 3",
+        lambda _: CommitmentSpec.model_construct(
+            control=[0.0, 0.0],
+            path=PathSpec(times=[0.0, 1.0], points=[[[0.0] * 3] * 4], error=[0.0]),
+            approach=None,
+        ).build(),
     ),
     Case(
         "_no_control_obstacle",
@@ -1662,6 +1684,8 @@ CASES = [
     ),
     refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", aliases(8)),
     refused_yaml("_refuse_size", r"a\.yaml: expected at most 1000000 values, found more by aliases", "a: &a [*a]"),
+    refused_yaml("_refuse_values", r"a\.yaml:2:3: expected text as a key, found a list", "a: 1\n? [b]\n: 2"),
+    refused_yaml("_refuse_values", r"a\.yaml:1:3: expected text as a key, found a mapping", "? {b: 1}\n: 2"),
     *(
         refused_yaml(
             "_refuse_values", rf"a\.yaml:1:11: expected a value that can be read, found {found}", f"duration: {text}"
@@ -1841,7 +1865,7 @@ CASES = [
         lambda _: scenario(replan=0.25),
     ),
     Case(
-        "Scenario.__post_init__",
+        "from_numbers",
         InvalidInput,
         r"guided: expected 0 or 1, found 0.5",
         lambda _: build("circle", {"guided": 0.5}),
@@ -2032,7 +2056,7 @@ CASES = [
     Case(
         "Recording.load",
         InvalidFile,
-        r"a\.h5: .*found format: expected 'slalom recording 2', found 'something else'",
+        r"a\.h5: .*found format: expected 'slalom recording 3', found 'something else'",
         foreign_hdf5,
     ),
     Case("Recording.load", InvalidFile, r"a\.h5: expected .*, found ", empty_recording),

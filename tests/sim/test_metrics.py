@@ -14,6 +14,7 @@ from parts import disc_or_ball
 
 from slalom import (
     METHODS,
+    Acceleration,
     Circular,
     ConstantAcceleration,
     ConstantVelocity,
@@ -41,6 +42,7 @@ from slalom.sim.measure.closest_approach import (
     positions_at,
 )
 from slalom.sim.measure.metrics import ADJUSTMENT, COLLISION, METRICS, STALLED_SPEED
+from slalom.sim.measure.responses import RecordedResponses
 
 
 def driven(
@@ -76,7 +78,7 @@ def driven(
         velocities=np.array(v)[:, None],
         accelerations=accelerations[:, None],
         controls=accelerations[:, None],
-        responses=tuple(("Acceleration()",) for _ in accelerations),
+        responses=RecordedResponses.of([(Acceleration(),)] * len(accelerations), 1),
         outcomes=tuple((name,) for name in outcomes or ["CLEAR"] * len(accelerations)),
         decision_times=np.full((len(accelerations), 1), 1e-3),
         shapes=(round_shape(radius, d),),
@@ -403,7 +405,7 @@ def test_nearest_clearances_are_those_of_all_obstacles(period, seed: int) -> Non
     run = replace(
         a,
         **{name: np.concatenate([getattr(a, name), getattr(b, name)], axis=1) for name in rows},
-        responses=tuple(2 * row for row in a.responses),
+        responses=RecordedResponses.of([2 * row for row in a.responses.rows], 2),
         outcomes=tuple(2 * row for row in a.outcomes),
         names=("a", "b"),
         shapes=(Disc(0.2), TEE),
@@ -510,7 +512,7 @@ def pair(first: Recording, second: Recording, names: tuple[str, ...] = ()) -> Re
     return replace(
         first,
         **{name: np.concatenate([getattr(first, name), getattr(second, name)], axis=1) for name in rows},
-        responses=tuple(row * 2 for row in first.responses),
+        responses=RecordedResponses.of([2 * row for row in first.responses.rows], 2),
         outcomes=tuple((*a, *b) for a, b in both),
         shapes=first.shapes + second.shapes,
         limits=first.limits + second.limits,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from parts import disc_or_ball
 
-from slalom import METHODS, Goal, Limits, Obstacle, Polyline, Stationary
+from slalom import METHODS, Goal, Limits, Obstacle, Polyline, Stationary, Velocity
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import single_robot_view
@@ -19,6 +19,7 @@ from slalom.sim.measure.metrics import (
     passing_sides,
     side_flips,
 )
+from slalom.sim.measure.responses import RecordedResponses
 
 DT = 0.1
 
@@ -39,7 +40,7 @@ def drawn(ways, velocities, *, radius: float = 0.5, outcomes=None) -> Recording:
         velocities=velocities,
         accelerations=accelerations,
         controls=accelerations,
-        responses=(("Velocity()",) * n,) * steps,
+        responses=RecordedResponses.of([(Velocity(),) * n] * steps, n),
         outcomes=outcomes or (("CLEAR",) * n,) * steps,
         decision_times=np.zeros((steps, n)),
         shapes=(disc_or_ball(radius, d),) * n,

@@ -1,12 +1,15 @@
 """Recordings: what is saved and loaded is the same to the bit, and anything else is refused."""
 
+import json
 import os
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from pathlib import Path
 
 import h5py
 import numpy as np
+import parts
 import pytest
 from parts import BOUNDS, PERIOD, TRAJECTORIES as ENROLLED, disc_or_ball
 
@@ -27,11 +30,20 @@ from slalom import (
     State,
     Stationary,
     Trajectory,
+    Velocity,
 )
+from slalom.base.registry import from_plain, to_plain
+from slalom.decision.document import RESPONSE_KINDS
+from slalom.decision.objective import OBJECTIVES
+from slalom.model.bounds import BOUNDS as BOUND_KINDS
+from slalom.model.response.kinds import AccelerationSequence
+from slalom.model.shape import SHAPES
 from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial
+from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure import hdf5
+from slalom.sim.measure.responses import RecordedResponses
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
 PLAIN = (
@@ -222,6 +234,65 @@ def test_gallery_runs_come_back(name: str, tmp_path: Path) -> None:
     assert loaded.parameters == recording.parameters
 
 
+@pytest.mark.parametrize("d", [2, 3])
+def test_parts_of_every_kind_come_back_from_json(d: int) -> None:
+    """To the bit, by the codec of all formats; nothing but numbers, texts, lists and mappings is in between."""
+    each: list[tuple[object, Mapping[str, type]]] = [
+        *((part, TRAJECTORIES) for part in every_kind(d).values()),
+        *((parts.SHAPES[name](0.7, d), SHAPES) for name in parts.served(d)),
+        *((bound, BOUND_KINDS) for make in BOUNDS.values() for bound in make(d)),
+        *((part, UNCERTAINTIES) for part in parts.UNCERTAINTIES.values()),
+        *((make(d), OBJECTIVES) for make in parts.OBJECTIVES.values()),
+        *((part, RESPONSE_KINDS) for part in parts.RESPONSES.values()),
+    ]
+    found = 0
+    for part, kinds in each:
+        if type(part) in kinds.values():
+            found += 1
+            again = from_plain(json.loads(json.dumps(to_plain(part, kinds))), kinds)
+            assert same_bits(again, part), part
+    assert found > 25
+
+
+def test_responses_come_back(tmp_path: Path) -> None:
+    """Also those of a search, whose texts are rounded, texts of a peer, and those of kinds that files do not have."""
+
+    class Own(Acceleration):
+        pass
+
+    one = recorded(2)
+    sequences = [AccelerationSequence(1 / 3, ((1 / 7, (0.1, 1 / 9 + 1e-12 * k)),)) for k in range(2)]
+    parts = [*sequences, "orca", Own(), Velocity(1 / 3), Velocity(1 / 3)] * 2
+    rows = [(part,) for part in parts]
+    recording = replace(one, responses=RecordedResponses.of(rows, 1))
+    assert len(recording.responses.parts) == 5
+    recording.save(tmp_path / "run.h5")
+    loaded = Recording.load(tmp_path / "run.h5")
+    assert loaded.digest() == recording.digest()
+    assert loaded.responses.texts == recording.responses.texts
+    found = [row[0] for row in loaded.responses.rows]
+    assert found == [repr(part) if isinstance(part, Own) else part for part in parts]
+
+
+def test_files_with_responses_as_text_are_read(saved: tuple[Recording, Path], tmp_path: Path) -> None:
+    """As responses; text that determines none stays as it is."""
+    recording = saved[0]
+    texts = recording.responses.texts
+    for changed in (
+        texts,
+        (("Jump(height=1.0)",), ("orca",), ("Velocity(ramp=-1)",), ("__import__('os')",), *texts[4:]),
+    ):
+        (tmp_path / "run.h5").write_bytes(saved[1].read_bytes())
+        with h5py.File(tmp_path / "run.h5", "r+") as file:
+            file.attrs["format"] = "slalom recording 2"
+            del file["run_0/responses"], file["run_0/response_parts"]
+            file["run_0/responses"] = np.array(changed, dtype=h5py.string_dtype())
+        loaded = Recording.load(tmp_path / "run.h5")
+        assert loaded.responses.texts == changed
+        assert loaded.responses.rows[4:] == recording.responses.rows[4:]
+    assert recording.responses != loaded.responses
+
+
 def test_a_run_without_steps_comes_back(tmp_path: Path) -> None:
     recording = simulate(build("empty", {"distance": 0.0}), METHODS["nao"])
     recording.save(tmp_path / "run.h5")
@@ -269,7 +340,7 @@ def test_the_file_has_the_names_of_navground(saved: tuple[Recording, Path]) -> N
     d, steps = recording.dimension, len(recording.accelerations)
     with h5py.File(path) as file:
         run = file["run_0"]
-        assert file.attrs["format"] == "slalom recording 2"
+        assert file.attrs["format"] == "slalom recording 3"
         assert run.attrs["time_step"] == PERIOD
         assert run.attrs["steps"] == steps
         assert run.attrs["seed"] == 7
@@ -326,7 +397,7 @@ def damaged(path: Path, target: Path, what: str) -> Path:
         "times",
         "outcomes",
         "robots/0/goal",
-        "obstacles/0/trajectory/initial_position",
+        "obstacles/0/trajectory/position",
     ],
 )
 def test_a_damaged_file_is_refused(what: str, saved: tuple[Recording, Path], tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from slalom import (
     InvalidFile,
     InvalidInput,
     Sampled,
+    Sight,
     Stationary,
     method as method_named,
 )
@@ -28,7 +29,6 @@ from slalom.model.trajectory import TRAJECTORIES
 from slalom.sim import Scenario, load, read_scenario, simulate
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import ScenarioSpec
-from slalom.sim.scenario import SETTINGS
 
 EVERYTHING = """\
 # A comment.
@@ -124,7 +124,7 @@ def test_everything_is_read(tmp_path: Path) -> None:
     write(tmp_path, "t,id,x,y\n0,4,30,0\n9,4,31,0\n0,2,30,5\n9,2,31,5\n", "tracks.csv")
     scenario = read_scenario(write(tmp_path, EVERYTHING))
     # A file has one robot: it does not say what matters among several.
-    found = {name: getattr(scenario, name) for name in SETTINGS if name in ScenarioSpec.model_fields}
+    found = {name: value for name, value in scenario.settings.items() if name in ScenarioSpec.model_fields}
     assert found == {
         "start": 1.5,
         "duration": 12.0,
@@ -231,7 +231,7 @@ def test_the_least_that_a_file_says(tmp_path: Path) -> None:
     assert scenario.name == "plain"
     assert scenario.robot.state.velocity.tolist() == [0.0, 0.0]
     plain = Scenario("plain", (scenario.robot,))
-    assert all(getattr(scenario, name) == getattr(plain, name) for name in (*SETTINGS, "holds"))
+    assert (scenario.settings, scenario.holds) == (plain.settings, plain.holds)
     assert isinstance(scenario.robot.goal.trajectory, Stationary)
     assert scenario.robot.goal.tolerance == 0.5
 
@@ -469,8 +469,8 @@ def test_robots_with_methods_of_their_own(tmp_path: Path) -> None:
     assert (second.name, second.method, second.margin, second.priority) == ("robot 1", None, None, 1.0)
     run = simulate(replace(scenario, duration=3.0), METHODS["nao"])
     assert run.method == "rvo+nao"
-    assert {responses[0].partition("(")[0] for responses in run.responses[1:]} == {"Velocity"}
-    assert {responses[1].partition("(")[0] for responses in run.responses[1:]} <= {
+    assert {type(row[0]).__name__ for row in run.responses.rows[1:]} == {"Velocity"}
+    assert {type(row[1]).__name__ for row in run.responses.rows[1:]} <= {
         "AccelerateThenCoast",
         "AccelerateThenBrake",
     }
@@ -948,13 +948,23 @@ def test_yaml_1_2(tmp_path: Path) -> None:
     assert (scenario.name, scenario.duration, scenario.horizon) == ("no", 10.0, 10.0)
 
 
-@pytest.mark.parametrize(("line", "guided"), [("", 1.0), ("guided: true\n", 1.0), ("guided: false\n", 0.0)])
-def test_guidance_is_a_key_of_files(line: str, guided: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("line", "guided"), [("", True), ("guided: true\n", True), ("guided: false\n", False)])
+def test_guidance_is_a_key_of_files(line: str, guided: bool, tmp_path: Path) -> None:
     """It is written where it differs from the default; settings of the command line and of studies replace it."""
     file = write(tmp_path, line + ROBOT)
     scenario = read_scenario(file)
-    assert scenario.guided == guided
-    assert ("guided: false" in scenario_text(scenario)) == (guided == 0.0)
-    assert read_scenario(write(tmp_path, scenario_text(scenario), "again.yaml")).guided == guided
+    assert scenario.guided is guided
+    assert ("guided: false" in scenario_text(scenario)) is not guided
+    assert read_scenario(write(tmp_path, scenario_text(scenario), "again.yaml")).guided is guided
     for value in (0.0, 1.0):
-        assert load(str(file), {"guided": value}).guided == value
+        assert load(str(file), {"guided": value}).guided is bool(value)
+
+
+def test_a_hidden_speed_without_passive_safety_is_noted(tmp_path: Path) -> None:
+    """Former versions wrote it, without an effect."""
+    scenario = read_scenario(write(tmp_path, "sight_range: 8\nhidden_speed: 1.5\n" + ROBOT))
+    assert scenario.sight == Sight(8.0, occlusion="none")
+    assert scenario.notes == ("The file has hidden_speed without passive_safety: no agents are hidden.",)
+    note = "occlusion: expected 0, 1 or 2, found 1.5"
+    with pytest.raises(InvalidFile, match=rf"scenario\.yaml:1:12: {note}"):
+        read_scenario(write(tmp_path, "occlusion: 1.5\n" + ROBOT))

@@ -102,7 +102,7 @@ def test_decision_at_makes_the_recorded_decision_again() -> None:
     for k in (0, 4, 6):
         decision = decision_at(recording, start, METHODS["nao"], k)
         assert decision.manoeuvre.control.tobytes() == recording.controls[k, 0].tobytes()
-        assert repr(decision.manoeuvre.response) == recording.responses[k][0]
+        assert decision.manoeuvre.response == recording.responses.rows[k][0]
         if recording.outcomes[k][0]:
             assert decision.outcome.name == recording.outcomes[k][0]
 

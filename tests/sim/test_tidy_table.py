@@ -11,8 +11,8 @@ from test_recording import recorded
 from slalom import InvalidFile, InvalidInput, method
 from slalom.cli import call
 from slalom.sim import Recording, gallery, simulate
-from slalom.sim.measure.hdf5 import ARRAYS, units_of
 from slalom.sim.measure.tidy_table import COLUMNS, columns_of, write_table
+from slalom.sim.measure.units import ARRAYS, units_of
 
 pandas = pytest.importorskip("pandas")
 
@@ -44,7 +44,7 @@ def test_every_row_is_a_robot_at_a_time(run: Recording) -> None:
             assert found[:-1].tolist() == values[:, k].tolist()
             assert np.isnan(found[-1]).all()
         assert [*rows.outcome] == [*(row[k] for row in run.outcomes), ""]
-        assert [*rows.response] == [*(row[k] for row in run.responses), ""]
+        assert [*rows.response] == [*(row[k] for row in run.responses.texts), ""]
         assert [*rows.arrived] == [t >= run.arrived[k] for t in run.times]
     assert frame.attrs["digest"] == run.digest()
     assert frame.attrs["method"] == run.method
@@ -111,17 +111,18 @@ def test_every_array_of_a_file_has_its_unit(run: Recording, tmp_path: Path) -> N
         file["run_0"].visititems(
             lambda name, member: found.update({name: member.attrs["units"]}) if hasattr(member, "shape") else None
         )
-    assert {name for name, unit in found.items() if not unit} == {"responses", "outcomes"}
+    assert {name for name, unit in found.items() if not unit} == {"responses", "response_parts", "outcomes"}
     assert found["poses"] == "m, rad"
-    assert found == {name: units_of(name) for name in found}
+    assert found["robots/0/goal/position"] == "m"
     assert Recording.load(tmp_path / "run.h5").digest() == run.digest()
 
 
-def test_units_are_of_the_first_pattern() -> None:
-    assert units_of("robots/0/bounds/1/corners").startswith("m/s or")
-    assert units_of("obstacles/3/shape/corners") == "m"
-    assert units_of("obstacles/3/trajectory/of_another_package") == ""
-    assert all(unit or name in ("responses", "outcomes") for name, (unit, _) in ARRAYS.items())
+def test_units_of_parts_are_those_of_their_keys() -> None:
+    assert units_of("robots/0/bounds/1/corners", "convex_polygon") == "m/s^2"
+    assert units_of("obstacles/3/shape/corners", "polygon") == "m"
+    assert units_of("obstacles/3/trajectory/of_another_package", "swarm") == ""
+    assert units_of("robots/12/velocity_bounds") == "1, m/s"
+    assert all(unit or name in ("responses", "response_parts", "outcomes") for name, (unit, _) in ARRAYS.items())
 
 
 def test_files_without_units_are_read(run: Recording, tmp_path: Path) -> None:

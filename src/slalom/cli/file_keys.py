@@ -33,6 +33,7 @@ from slalom.sim.files.schema import (
     RobotSpec,
     ScenarioSpec,
 )
+from slalom.sim.measure.units import unit_of
 from slalom.sim.sweep.study import ScenarioRowSpec, StudySpec
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -166,67 +167,6 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
     },
 }
 """Meaning of each key of files, by model; a test refuses a key without one."""
-
-UNITS: Final[Mapping[str, str]] = {
-    "acceleration": "m/s^2",
-    "at": "s",
-    "braking": "m/s^2",
-    "by": "m",
-    "center": "m",
-    "coefficients": "m, m/s, m/s^2, ...",
-    "columns": "-",
-    "corner": "m",
-    "corners": "m",
-    "correlation": "1",
-    "durations": "s",
-    "end": "m",
-    "enough": "m",
-    "enough_clearance": "m",
-    "first": "m",
-    "forward": "m/s^2",
-    "frame": "-",
-    "half_angle": "rad",
-    "half_widths": "m/s^2",
-    "heading": "1",
-    "high": "m",
-    "interpolation": "-",
-    "last": "m",
-    "lateral": "m/s^2",
-    "least": "m",
-    "length": "m",
-    "low": "m",
-    "min_distance": "m",
-    "normal": "1",
-    "parts": "-",
-    "phase": "rad",
-    "points": "m",
-    "position": "m",
-    "positions": "m",
-    "probability": "1",
-    "radius": "m",
-    "seed": "-",
-    "shapes": "-",
-    "spacing": "m",
-    "speed": "m/s",
-    "start": "m",
-    "then": "-",
-    "times": "s",
-    "velocity": "m/s",
-    "width": "m",
-}
-"""Unit of a key of any kind, SI; 1: a number without a unit, "-": no quantity."""
-OWN_UNITS: Final[Mapping[tuple[str, str], str]] = {
-    ("piecewise_polynomial", "start"): "s",
-    ("convex_polygon", "corners"): "m/s^2",
-    ("least_speed", "least"): "m/s",
-    ("kalman_error", "acceleration"): "m/s^2/sqrt(Hz)",
-}
-"""Unit of a key of one kind that differs, by kind and key."""
-
-
-def unit_of(kind: str, key: str) -> str:
-    """Return the unit of a key of a part; "-" for a key of another package."""
-    return OWN_UNITS.get((kind, key)) or UNITS.get(key, "-")
 
 
 # ---------------------------------------------------------------------------------------------------------------------

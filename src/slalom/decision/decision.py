@@ -14,7 +14,7 @@ import numpy as np
 from slalom.base.checks import STATE, Array, has, not_before, not_negative, number
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision.settings import Settings
+from slalom.decision.inputs import Approach, Commitment, DecisionInputs
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre, state_after
 from slalom.model.path import Path
@@ -164,14 +164,6 @@ Larger: slow robots count as stuck. Smaller: a robot that swings behind an obsta
 """
 
 
-class Approach(NamedTuple):
-    """The last progress of a robot towards its goal."""
-
-    distance: float  # [m] that was left, without the tolerance of the goal
-    since: float  # [s] absolute time
-    target: Array  # (d,) [m] position of the goal then
-
-
 def approach_of(
     goal: Goal | None, state: State, progress: float | None, max_speed: float, now: float, last: Approach | None
 ) -> Approach | None:
@@ -257,29 +249,6 @@ SAFE = (
     *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED),
     *(Outcome.INTERRUPTED, Outcome.WAITING, Outcome.BEGUN, Outcome.SQUEEZED),
 )
-
-
-class Commitment(NamedTuple):
-    """The part of the previous decision on which a decision depends, see `Decision`."""
-
-    manoeuvre: Manoeuvre
-    path: Path | None
-    progress: float | None
-    approach: Approach | None
-
-
-class DecisionInputs(NamedTuple):
-    """All inputs of a decision, see `Navigator.decide`."""
-
-    navigator: Settings
-    state: State
-    obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
-    goal: Goal | None
-    robots: Tracks | None
-    now: float
-    budget: float | None
-    previous: Commitment | None
-    searched: bool = False  # whether a search over sequences made the decision: the navigator alone does not repeat it
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -374,7 +343,7 @@ class Decision:
         """
         from slalom.decision.document import dump
 
-        dump(self, FilePath(file))
+        dump(self.inputs, self.outcome.name, self.manoeuvre, FilePath(file))
 
     @property
     def commitment(self) -> Commitment:

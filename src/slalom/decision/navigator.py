@@ -32,9 +32,10 @@ from slalom.base.checks import GOAL, OBJECTIVE, Array, has, not_negative
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, PATH_BRAKING, REST
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, state_to_decide_from
+from slalom.decision.decision import Decision, Outcome, completed, state_to_decide_from
 from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
 from slalom.decision.futures import least_given_up, levels, time_of
+from slalom.decision.inputs import DecisionInputs
 from slalom.decision.methods import refuse_alone
 from slalom.decision.objective import FollowVelocity, Objective, Situation, needs_goal
 from slalom.decision.policy_tables import PolicyTables, Request, observed_robots

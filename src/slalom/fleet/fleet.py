@@ -186,11 +186,11 @@ class Fleet:
             raise InvalidInput(f"shapes: expected those of robots and obstacles in one dimension, found {found}")
         self.dimension, self.skeletons = dimensions.pop(), Skeletons(self.members.shapes)
         self.policies = self._policies()
-        self.table, self.texts = self._tables(delay, not_negative(noise, "observation_noise"))
+        self.table, self.response_parts = self._tables(delay, not_negative(noise, "observation_noise"))
         self._bounds = bounds_of(self.members.limits, [State(np.zeros(self.dimension), np.zeros(self.dimension))] * n)
         self._turning = any(each.bounds for each in self.members.limits)
         # The response of each robot whose manoeuvre is not in the tables.
-        self.other_texts, self._steps = [""] * n, 0
+        self.other_responses, self._steps = list[Response | str]([""] * n), 0
         self._last = -np.inf
         self._known = np.zeros(n, np.bool_)
         self.headings: Array | None = None
@@ -217,8 +217,8 @@ class Fleet:
             Policy(replace(self.navigator, method=method), np.array(some), publishes) for method, some in rows.items()
         ]
 
-    def _tables(self, delay: float, noise: float) -> tuple[RobotTable, list[str]]:
-        """The table of robots, and the responses as text."""
+    def _tables(self, delay: float, noise: float) -> tuple[RobotTable, list[Response]]:
+        """The table of robots, and the responses of its rows."""
         robots, distinct = self.members, dict[tuple[int, Limits], int]()
         n, policy_of = len(robots.limits), np.empty(len(robots.limits), np.int64)
         for p, policy in enumerate(self.policies):
@@ -257,7 +257,7 @@ class Fleet:
             margin_among(method, margin, most, time, noise)
             for method, margin in zip(robots.methods, robots.margins.tolist())
         ]
-        return table, [repr(response) for each in kinds for response in each]
+        return table, [response for each in kinds for response in each]
 
     @property
     def span(self) -> float:
@@ -426,7 +426,7 @@ class Fleet:
             table.committed.times[k, len(path.points) :] = now + REST_DURATION
         if self.members.methods[k].shared:
             publish(table, k)
-        table.each["response"][k], self.other_texts[k] = -1, repr(manoeuvre.response)
+        table.each["response"][k], self.other_responses[k] = -1, manoeuvre.response
         table.each["settled"][k] = manoeuvre.settled_time(self.period, self.horizon)
         table.each["resting"][k] = False
         table.each["control"][k, :d] = manoeuvre.control
@@ -438,10 +438,11 @@ class Fleet:
         if not self.members.methods[k].shared:
             self.table.each["settled"][k] = np.inf
 
-    def committed_responses(self) -> tuple[str, ...]:
-        """The responses of the committed manoeuvres, as text."""
+    def committed_responses(self) -> tuple[Response | str, ...]:
+        """The responses of the committed manoeuvres, "" without one."""
         rows = self.table.each["response"].tolist()
-        return tuple(self.texts[r] if r >= 0 else other for r, other in zip(rows, self.other_texts, strict=True))
+        others = zip(rows, self.other_responses, strict=True)
+        return tuple(self.response_parts[r] if r >= 0 else other for r, other in others)
 
     def planned(self, t: float) -> tuple[Array, Array]:
         """Velocities (n, 3) [m/s] and positions (n, 3) [m] at time t [s] on the committed paths."""

@@ -19,7 +19,7 @@ from slalom.model.trajectory import Stationary
 from slalom.peers import contender
 from slalom.sim.files.recorded_traffic import MAX_DURATION, Recorded as Tracks
 from slalom.sim.measure.recording import Recording, Step
-from slalom.sim.scenario import SETTINGS, Robot, Scenario
+from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers
 
 
 class Recorded(NamedTuple):
@@ -63,7 +63,7 @@ def recorded(recording: Recording) -> Recorded:
         duration=float(recording.times[-1] - recording.times[0]),
         period=recording.period,
         holds=recording.holds or HOLDS,
-        **{**settings, "dt": recording.dt},  # type: ignore[arg-type]  # names of settings
+        **from_numbers({**settings, "dt": recording.dt}),
     )
     steps = [
         Step(
@@ -71,7 +71,7 @@ def recorded(recording: Recording) -> Recorded:
             recording.velocities[k],
             recording.accelerations[k],
             recording.controls[k],
-            recording.responses[k],
+            recording.responses.rows[k],
             recording.outcomes[k],
             recording.decision_times[k],
         )

@@ -1,6 +1,5 @@
 """What one robot decided at one step of a run, and what it saw of all others: the input of the control space."""
 
-import ast
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
@@ -18,7 +17,7 @@ from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
-from slalom.model.response import RESPONSES, Response
+from slalom.model.response import Response
 from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.state import State
 from slalom.model.trajectory import ConstantAcceleration, Stationary
@@ -118,18 +117,6 @@ class Other(NamedTuple):
         return self.obstacle.name or f"{self.kind} {self.number}"
 
 
-def response_of(text: str) -> Response | None:
-    """Return the response of a text in a recording; None for one that the text does not determine."""
-    try:
-        call = ast.parse(text, mode="eval").body
-    except SyntaxError:
-        return None
-    kinds = {kind.__name__: kind for kind in RESPONSES}
-    if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name) or call.func.id not in kinds:
-        return None
-    return kinds[call.func.id](**{str(item.arg): ast.literal_eval(item.value) for item in call.keywords})
-
-
 def state_at(steps: Sequence[Step], k: int, robot: int) -> State:
     """Return the state of a robot at step k; its acceleration is the one applied before."""
     before = steps[k - 1].accelerations[robot] if k else np.zeros_like(steps[k].positions[robot])
@@ -139,9 +126,10 @@ def state_at(steps: Sequence[Step], k: int, robot: int) -> State:
 def committed(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> Manoeuvre | None:
     """Return the manoeuvre to which a robot is committed after step k; None if the log does not determine it."""
     begin = next((j for j in range(k, -1, -1) if steps[j].outcomes[robot] not in OLD), None)
-    response = None if begin is None else response_of(steps[begin].responses[robot])
-    control = None if begin is None else steps[begin].controls[robot]
-    if begin is None or response is None or control is None or not np.isfinite(control).all():
+    if begin is None:
+        return None
+    response, control = steps[begin].responses[robot], steps[begin].controls[robot]
+    if isinstance(response, str) or not np.isfinite(control).all():
         return None
     return Manoeuvre(response, state_at(steps, begin, robot), control, scenario.start + scenario.dt * begin)
 

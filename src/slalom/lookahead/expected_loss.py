@@ -26,7 +26,8 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
-from slalom.decision.decision import DecisionInputs, completed, made
+from slalom.decision.decision import completed, made
+from slalom.decision.inputs import DecisionInputs
 from slalom.forecast.forecast import EXACT, Present
 from slalom.kernels.arrays import Flags
 from slalom.lookahead.navigator import LookAhead, SequenceDecision, motions_of, rise_of

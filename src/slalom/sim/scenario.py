@@ -17,6 +17,7 @@ from slalom.base.checks import (
     Array,
     array_of,
     check_fields,
+    flag,
     has,
     known,
     listing,
@@ -47,18 +48,26 @@ from slalom.perception.sight import FULL_TURN, OCCLUSIONS, Sight
 from slalom.sim.shape_distance import clearances
 
 # ---------------------------------------------------------------------------------------------------------------------
-# The limited sight of the robots of a scenario, from its settings.
+# Settings as numbers, for `--set`, studies and files: limited sight and flags in a scenario stand for some of them.
 
 
 SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidden_speed", "passive_safety")
 """Settings of scenarios that limit sight."""
+SETTINGS: Final = (
+    *("start", "duration", "dt", "replan", *NUMBERS, "guided"),
+    *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
+    *SIGHT,
+)
+"""Settings that every scenario has and that `--set` may change, see `Scenario.settings`."""
 
 
 def sight_of(settings: Mapping[str, float]) -> Sight | None:
-    """The sight of the settings SIGHT; None where nothing is limited.
+    """The sight of the settings SIGHT; None where nothing is limited. 0 stands for no limit.
+
+    `occlusion` is a number of OCCLUSIONS. `passive_safety` is 1 for a hidden speed, 2 for any motion of seen agents.
 
     Raises:
-        InvalidInput: a setting out of its range; passive safety without a range.
+        InvalidInput: a setting out of its range; passive safety without a range; a hidden speed without passive safety.
     """
     for name in SIGHT:
         not_negative(settings[name], name)
@@ -68,6 +77,8 @@ def sight_of(settings: Mapping[str, float]) -> Sight | None:
     passive = settings["passive_safety"]
     if passive and not settings["sight_range"]:
         raise InvalidInput("sight_range: expected one above 0 with passive_safety, found 0")
+    if settings["hidden_speed"] and not passive:
+        raise InvalidInput("passive_safety: expected 1 or 2 with hidden_speed, found 0")
     if not any(settings[name] for name in ("sight_range", "field_of_view", "occlusion")):
         return None
     return Sight(
@@ -80,16 +91,54 @@ def sight_of(settings: Mapping[str, float]) -> Sight | None:
     )
 
 
+def numbers_of(sight: Sight | None) -> dict[str, float]:
+    """The settings SIGHT of a sight, of which `sight_of` makes it."""
+    if sight is None:
+        return dict.fromkeys(SIGHT, 0.0)
+    passive = 0.0 if sight.hidden_speed is None else 1.0 + sight.any_motion
+    values = (
+        0.0 if sight.range == float("inf") else sight.range,
+        0.0 if sight.field_of_view == FULL_TURN else sight.field_of_view,
+        sight.near,
+        float(OCCLUSIONS.index(sight.occlusion)),
+        sight.hidden_speed or 0.0,
+        passive,
+    )
+    return dict(zip(SIGHT, values, strict=True))
+
+
+def from_numbers(settings: Mapping[str, float], sight: Sight | None = None) -> dict[str, Any]:
+    """The arguments of `Scenario` for settings as numbers; those SIGHT that are not among them are of `sight`.
+
+    Raises:
+        InvalidInput: `guided` other than 0 or 1; see `sight_of`; passive safety without a hidden speed.
+    """
+    found: dict[str, Any] = {name: value for name, value in settings.items() if name not in SIGHT}
+    if "guided" in found:
+        if found["guided"] not in (0.0, 1.0):
+            raise InvalidInput(f"guided: expected 0 or 1, found {found['guided']:g}")
+        found["guided"] = bool(found["guided"])
+    limits = {name: value for name, value in settings.items() if name in SIGHT}
+    if limits:
+        known_speed = "hidden_speed" in limits or (sight is not None and sight.hidden_speed is not None)
+        if limits.get("passive_safety") and not known_speed:
+            raise InvalidInput("hidden_speed: expected a speed [m/s] with passive_safety, found none")
+        if limits.get("passive_safety") == 0.0:
+            limits = {"hidden_speed": 0.0, **limits}
+        found["sight"] = sight_of(numbers_of(sight) | limits)
+    return found
+
+
 def refuse_sight(sight: Sight | None, dimension: int, robots: int, period: Period | None) -> None:
-    """Raise InvalidInput for limited sight in space or in a periodic world, and passive safety of several robots."""
+    """Raise InvalidInput for limited sight in space or in a periodic world, and a hidden speed with several robots."""
     if sight is None:
         return
     if dimension != 2:
-        raise InvalidInput(f"sight_range: expected limited sight in the plane only, found dimension {dimension}")
+        raise InvalidInput(f"sight: expected limited sight in the plane only, found dimension {dimension}")
     if period is not None:
         raise InvalidInput(f"period: expected none with limited sight, found {period}")
     if sight.hidden_speed is not None and robots > 1:
-        raise InvalidInput(f"passive_safety: expected 0 for several robots, found it for {robots}")
+        raise InvalidInput(f"sight: expected no hidden speed for several robots, found {sight.hidden_speed:g} m/s")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -206,16 +255,13 @@ class Scenario(SharedSettings):
         start: [s] absolute time of the start. duration: [s] after which a robot that has not arrived has failed.
         dt: [s] between steps; the applied acceleration is constant in between. replan: [s] between decisions, a
             multiple of dt. horizon, margin, holds and others: see `Settings`.
-        guided: 1, or 0 for robots whose targets are their goals (see `Fleet`), to measure the effect of guidance. A
+        guided: False for robots whose targets are their goals (see `Fleet`), to measure the effect of guidance. A
             single robot is never guided.
         message_delay: [s] largest delay of messages between robots that share their manoeuvres.
             message_loss: share of messages that never arrive (see `Messages`).
         sight_noise: [m, m/s, m/s^2] standard deviation of observations of other robots. sight_delay: [s] their age, a
             multiple of replan or dt. sight_loss: share of observations that are lost (see `Sensing`).
-        sight_range [m], field_of_view [rad], sight_near [m]: see `Sight`; 0: not limited. occlusion: 1 if obstacles at
-            rest hide what is behind them, 2 if all do, 0 if none does. Obstacles at rest are known everywhere.
-        passive_safety: 1 if hidden agents of up to hidden_speed [m/s] may meet the robot at rest only, 2 if seen ones
-            too, in any motion; 0 if neither.
+        sight: limited sight of every robot; None: not limited. Obstacles at rest are known everywhere.
         period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots
             meet all images of robots and obstacles (see `periodic`).
         parameters: the parameters of the gallery; recordings contain them.
@@ -235,18 +281,13 @@ class Scenario(SharedSettings):
     dt: float = 0.1
     replan: float = 0.0
     _: KW_ONLY
-    guided: float = 1.0
+    guided: bool = True
     message_delay: float = 0.0
     message_loss: float = 0.0
     sight_noise: float = 0.0
     sight_delay: float = 0.0
     sight_loss: float = 0.0
-    sight_range: float = 0.0
-    field_of_view: float = 0.0
-    sight_near: float = 0.0
-    occlusion: float = 0.0
-    hidden_speed: float = 0.0
-    passive_safety: float = 0.0
+    sight: Sight | None = None
     period: Period | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     recorded: tuple[float, float] | None = None
@@ -266,13 +307,13 @@ class Scenario(SharedSettings):
         check_fields(self)
         for name in ("duration", "dt"):
             positive(getattr(self, name), name)
-        for name in ("replan", "guided"):
-            not_negative(getattr(self, name), name)
+        not_negative(self.replan, "replan")
+        object.__setattr__(self, "guided", flag(self.guided, "guided"))
+        if self.sight is not None:
+            has(self.sight, ("look", "occlusion"), "a Sight, or None", "sight")
         for name, mistake in unfit_times(self.duration, self.dt, self.replan, self.horizon, self.holds):
             raise InvalidInput(f"{name}: {mistake}")
         whole_periods(self.replan, self.dt)
-        if self.guided not in (0.0, 1.0):
-            raise InvalidInput(f"guided: expected 0 or 1, found {self.guided:g}")
         for name in ("message_delay", "sight_noise", "sight_delay"):
             not_negative(getattr(self, name), name)
         for name in ("message_loss", "sight_loss"):
@@ -303,9 +344,10 @@ class Scenario(SharedSettings):
         return f"<Scenario {self.name}, robots: {len(self.robots)}, obstacles: {len(self.obstacles)}>"
 
     @property
-    def sight(self) -> Sight | None:
-        """The limited sight of every robot; None: not limited."""
-        return sight_of({name: getattr(self, name) for name in SIGHT})
+    def settings(self) -> dict[str, float]:
+        """The settings SETTINGS as numbers, which `with_settings` takes."""
+        limits = numbers_of(self.sight)
+        return {name: limits[name] if name in limits else float(getattr(self, name)) for name in SETTINGS}
 
     def margin_of(self, robot: int) -> float:
         """The margin [m] of a robot: its own, or that of the scenario."""
@@ -339,11 +381,14 @@ class Scenario(SharedSettings):
         return whole_periods(self.replan, self.dt)
 
     def with_settings(self, settings: Mapping[str, float]) -> "Scenario":
-        """The scenario with other settings. Raises InvalidInput for a name that is not a setting."""
+        """The scenario with other settings, see `settings`.
+
+        Raises:
+            InvalidInput: a name that is not a setting; see `from_numbers`.
+        """
         for name in settings:
             known(name, "setting", SETTINGS)
-        changed: dict[str, Any] = dict(settings)
-        return replace(self, **changed)
+        return replace(self, **from_numbers(settings, self.sight))
 
     def decider(self, method: Method) -> Navigator | LookAhead:
         """The `Navigator` of the only robot, or its `LookAhead`.
@@ -366,7 +411,7 @@ class Scenario(SharedSettings):
     def navigator(self, method: Method, robot: int = 0) -> Navigator:
         """The navigator of a robot among obstacles, which publishes nothing and does not look ahead."""
         own, period = self.robots[robot], self.dt * self.steps_per_decision
-        if self.passive_safety:
+        if self.sight is not None and self.sight.hidden_speed is not None:
             method = method.stopping()
         return Navigator(
             replace(method, shared=False, looks_ahead=False),
@@ -405,10 +450,3 @@ _PARTS = (
     ("obstacles", ("shape", "trajectory", "of_scenario"), "obstacles"),
     ("notes", ("splitlines",), "sentences"),
 )
-
-SETTINGS = (
-    *("start", "duration", "dt", "replan", *NUMBERS, "guided"),
-    *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
-    *SIGHT,
-)
-"""Settings that every scenario has and that `--set` may change."""

@@ -1,6 +1,5 @@
 """Figure of a run of several robots: all tracks alike, coloured by time."""
 
-import re
 from typing import Any, Final
 
 import numpy as np
@@ -193,8 +192,7 @@ def replay(
         approach_time = closest.time if closest is not None else float(recording.times[0])
         early = [k for k in decided if recording.times[k] <= approach_time] or decided
         tight = [k for k in early if recording.outcomes[k][0] == "CONSTRAINED"] or early
-        hold_pattern = re.compile(r"hold=([0-9.]+)")
-        step = max(tight, key=lambda k: (float((hold_pattern.findall(recording.responses[k][0]) or [0])[0]), k))
+        step = max(tight, key=lambda k: (getattr(recording.responses.rows[k][0], "hold", 0.0), k))
     else:
         step = min(decided, key=lambda k: abs(recording.times[k] - recording.times[0] - at))
     replayed = decision_at(recording, scenario, chosen, step)

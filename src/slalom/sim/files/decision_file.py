@@ -1,9 +1,7 @@
 """Reader of files of decisions, and their repetition."""
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
@@ -12,8 +10,8 @@ from pydantic import AfterValidator, Field, FiniteFloat, ValidationError
 
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
-from slalom.decision.decision import Approach
 from slalom.decision.document import FORECAST_KINDS, FORMAT, RESPONSE_KINDS, result
+from slalom.decision.inputs import Approach
 from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
 from slalom.decision.settings import Risk, Settings
@@ -29,6 +27,7 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.sim.files.parts import (
     BoundModel,
+    Built,
     Model,
     NotNegative,
     ObjectiveModel,
@@ -39,9 +38,10 @@ from slalom.sim.files.parts import (
     TrajectoryModel,
     UncertaintyModel,
     Vector,
+    built,
     model_of_settings,
 )
-from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, HeadingModel, heading_of, known_method
+from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, HeadingModel, known_method
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, in_order, messages
 from slalom.sim.scenario import unfit_times
 
@@ -52,9 +52,10 @@ from slalom.sim.scenario import unfit_times
 Response = Annotated[PartModel, OfAnyKind(RESPONSE_KINDS)]
 
 
-class LimitsSpec(Model):
+class LimitsSpec(PartModel):
     """Keys of `Limits` in the file of a decision."""
 
+    part = Limits
     max_speed: Positive
     max_acceleration: Positive
     velocity_bounds: list[HalfSpaceSpec]
@@ -62,15 +63,18 @@ class LimitsSpec(Model):
     bounds: list[BoundModel]
 
 
-_Values: Any = model_of_settings("_Values", Settings, Model, required=True)
-"""Keys of `Settings` that are numbers or lists of them."""
-
-
-class RiskSpec(Model):
+class RiskSpec(Built):
     """See `Risk`; the loss is null without bound."""
 
     loss: NotNegative | None = None
     likely: NotNegative = 0.1
+
+    def build(self) -> Risk:
+        return Risk(np.inf if self.loss is None else self.loss, self.likely)
+
+
+_Values: Any = model_of_settings("_Values", Settings, Model, required=True)
+"""Keys of `Settings` that are numbers or lists of them."""
 
 
 class NavigatorSpec(_Values):  # type: ignore[misc]  # derived
@@ -83,19 +87,28 @@ class NavigatorSpec(_Values):  # type: ignore[misc]  # derived
     horizons: Annotated[PartModel, OfAnyKind(HORIZONS)] | None
     risk: RiskSpec = Field(default_factory=RiskSpec)
 
+    def navigator(self) -> Navigator:
+        """The navigator. Raises InvalidInput for times that do not fit each other."""
+        for name, mistake in unfit_times(self.horizon, self.period, 0.0, self.horizon, self.holds):
+            raise InvalidInput(f"navigator.{'period' if name == 'duration' else name}: {mistake}")
+        values = {key: built(value) for key, value in self if key not in ("method", "shape")}
+        return Navigator(replace(method(self.method), shared=False, looks_ahead=False), built(self.shape), **values)
 
-class StateSpec(Model):
+
+class StateSpec(PartModel):
     """Keys of `State` in the file of a decision."""
 
+    part = State
     position: Vector
     velocity: Vector
     acceleration: Vector
     heading: FiniteFloat | None
 
 
-class ObstacleSpec(Model):
+class ObstacleSpec(PartModel):
     """Keys of `Obstacle` in the file of a decision."""
 
+    part = Obstacle
     name: str
     heading: HeadingModel
     after_end: Literal["unknown", "continues", "leaves"]
@@ -107,7 +120,7 @@ class ObstacleSpec(Model):
     owner: str = ""
 
 
-class TracksSpec(Model):
+class TracksSpec(Built):
     """Keys of `Tracks` in the file of a decision."""
 
     dimension: Literal[2, 3]
@@ -122,34 +135,60 @@ class TracksSpec(Model):
     shares: list[NotNegative] | None = None
     probabilities: list[Positive] | None = None
 
+    def build(self) -> Tracks:
+        values = {key: built(value) for key, value in self if key not in ("dimension", "uncertainties")}
+        for name in ("positions", "velocities", "accelerations"):
+            values[name] = values[name] or np.empty((0, self.dimension))
+        return Tracks(**values, uncertainty=built(self.uncertainties))
 
-class SourceSpec(Model):
+
+class SourceSpec(Built):
     """An obstacle, a table of obstacles, or tracks."""
 
     obstacle: ObstacleSpec | None = None
     table: list[ObstacleSpec] | None = None
     tracks: TracksSpec | None = None
 
+    def build(self) -> Obstacle | ObstacleTable | Tracks:
+        given = {name: value for name, value in self if value is not None}
+        if len(given) != 1:
+            found = " and ".join(given) or "none"
+            raise InvalidInput(f"expected one of obstacle, table, tracks; found {found}")
+        found = built(*given.values())
+        return ObstacleTable(found) if self.table is not None else found
 
-class ManoeuvreSpec(Model):
+
+class ManoeuvreSpec(PartModel):
     """Keys of `Manoeuvre` in the file of a decision."""
 
+    part = Manoeuvre
     response: Response
     state: StateSpec
     control: Vector
     start: FiniteFloat
 
 
-class PathSpec(Model):
+class PathSpec(Built):
     """Keys of `slalom.model.path.Path` in the file of a decision."""
 
     times: Annotated[list[FiniteFloat], Field(min_length=2)]
     points: list[Annotated[list[Vector], Field(min_length=4, max_length=4)]]
     error: list[NotNegative]
 
+    def build(self) -> CubicPath:
+        times = np.array(self.times)
+        points = np.array(self.points)
+        error = np.array(self.error)
+        n = len(times) - 1
+        if points.shape[:2] != (n, 4) or error.shape != (n,) or np.any(np.diff(times) <= 0.0):
+            raise InvalidInput(
+                f"expected increasing times and {n} pieces, found shapes {points.shape} and {error.shape}"
+            )
+        return CubicPath(times, points, error)
+
 
 class ApproachSpec(Model):
-    """Keys of `slalom.decision.decision.Approach` in the file of a decision."""
+    """Keys of `Approach` in the file of a decision."""
 
     distance: NotNegative
     since: FiniteFloat
@@ -157,11 +196,18 @@ class ApproachSpec(Model):
 
 
 class CommitmentSpec(ManoeuvreSpec):
-    """Keys of `slalom.decision.Commitment` in the file of a decision."""
+    """Keys of `Commitment` in the file of a decision."""
 
     path: PathSpec | None
     progress: NotNegative | None
     approach: ApproachSpec | None
+
+    def build(self) -> Commitment:
+        path, approach = built(self.path), self.approach
+        if path is not None and path.points.shape[2] != len(self.control):
+            raise InvalidInput(f"path: expected dimension {len(self.control)}, found {path.points.shape[2]}")
+        last = None if approach is None else Approach(approach.distance, approach.since, np.array(approach.target))
+        return Commitment(super().build(), path, self.progress, last)
 
 
 class ResultSpec(ManoeuvreSpec):
@@ -184,6 +230,11 @@ class DecisionSpec(Model):
     budget: NotNegative | None
     previous: CommitmentSpec | None
     decision: ResultSpec
+
+    def inputs(self, navigator: Navigator) -> DecisionInputs:
+        """The inputs of the decision, with the navigator of the file."""
+        values = {key: built(value) for key, value in self if key in DecisionInputs._fields}
+        return DecisionInputs(**values | {"navigator": navigator})
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -221,7 +272,7 @@ class DecisionFile(NamedTuple):
             previous=before,
             budget=made.budget,
         )
-        return decision, result(decision) == self.written
+        return decision, result(decision.outcome.name, decision.manoeuvre) == self.written
 
 
 def read_decision(path: Path | str) -> DecisionFile:
@@ -241,8 +292,8 @@ def read_decision(path: Path | str) -> DecisionFile:
         raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES)) from None
     try:
         versions = ", ".join(f"{name} {version}" for name, version in spec.versions.items())
-        navigator = _navigator(spec.navigator)
-        return DecisionFile(navigator, _inputs(spec, navigator), content["decision"], versions)
+        navigator = spec.navigator.navigator()
+        return DecisionFile(navigator, spec.inputs(navigator), content["decision"], versions)
     except SlalomError as error:
         raise InvalidFile([f"{path}: {error}"]) from None
 
@@ -256,114 +307,6 @@ def _json(path: Path) -> Any:
         raise InvalidFile([f"{path}: expected JSON that can be read, found one nested too deeply"]) from None
     except ValueError as error:
         raise InvalidFile([f"{path}: expected JSON, found a mistake: {error}"]) from None
-
-
-def _inputs(spec: DecisionSpec, navigator: Navigator) -> DecisionInputs:
-    return DecisionInputs(
-        navigator=navigator,
-        state=_state(spec.state),
-        obstacles=tuple(_source(one, f"obstacles[{k}]") for k, one in enumerate(spec.obstacles)),
-        goal=None if spec.goal is None else spec.goal.build(),
-        robots=None if spec.robots is None else _tracks(spec.robots),
-        now=spec.now,
-        budget=spec.budget,
-        previous=None if spec.previous is None else _commitment(spec.previous),
-    )
-
-
-def _navigator(spec: NavigatorSpec) -> Navigator:
-    for name, mistake in unfit_times(spec.horizon, spec.period, 0.0, spec.horizon, spec.holds):
-        raise InvalidInput(f"navigator.{'period' if name == 'duration' else name}: {mistake}")
-    return Navigator(
-        replace(method(spec.method), shared=False, looks_ahead=False),
-        spec.shape.build(),
-        Limits(
-            spec.limits.max_speed,
-            spec.limits.max_acceleration,
-            tuple(bound.build() for bound in spec.limits.velocity_bounds),
-            tuple(bound.build() for bound in spec.limits.acceleration_bounds),
-            tuple(bound.build() for bound in spec.limits.bounds),
-        ),
-        **{name: getattr(spec, name) for name in _Values.model_fields},
-        objective=spec.objective.build(),
-        horizons=None if spec.horizons is None else spec.horizons.build(),
-        risk=Risk(np.inf if spec.risk.loss is None else spec.risk.loss, spec.risk.likely),
-    )
-
-
-def _state(spec: StateSpec) -> State:
-    return State(spec.position, spec.velocity, spec.acceleration, spec.heading)
-
-
-def _source(spec: SourceSpec, where: str) -> Obstacle | ObstacleTable | Tracks:
-    given = {name: value for name in ("obstacle", "table", "tracks") if (value := getattr(spec, name)) is not None}
-    if len(given) != 1:
-        raise InvalidInput(f"{where}: expected one of obstacle, table, tracks; found {' and '.join(given) or 'none'}")
-    if spec.table is not None:
-        return ObstacleTable([_obstacle(one) for one in spec.table])
-    return _tracks(spec.tracks) if spec.tracks is not None else _obstacle(given["obstacle"])
-
-
-def _obstacle(spec: ObstacleSpec) -> Obstacle:
-    doubt = spec.uncertainty
-    return Obstacle(
-        spec.shape.build(),
-        spec.trajectory.build(),
-        spec.name,
-        heading_of(spec.heading),
-        None if doubt is None else doubt.build(),
-        spec.after_end,
-        spec.contact_at_rest,
-        probability=spec.probability,
-        owner=spec.owner,
-    )
-
-
-def _tracks(spec: TracksSpec) -> Tracks:
-    rows = partial(_rows, dimension=spec.dimension)
-    return Tracks(
-        rows(spec.positions),
-        rows(spec.velocities),
-        spec.radii,
-        spec.t,
-        accelerations=rows(spec.accelerations),
-        ids=spec.ids,
-        forecast=spec.forecast.build(),
-        uncertainty=[None if doubt is None else doubt.build() for doubt in spec.uncertainties],
-        shares=spec.shares,
-        probabilities=spec.probabilities,
-    )
-
-
-def _rows(rows: Sequence[Sequence[float]], dimension: int) -> Any:
-    return np.array(rows) if rows else np.empty((0, dimension))
-
-
-def _manoeuvre(spec: ManoeuvreSpec) -> Manoeuvre:
-    return Manoeuvre(spec.response.build(), _state(spec.state), spec.control, spec.start)
-
-
-def _commitment(spec: CommitmentSpec) -> Commitment:
-    approach = spec.approach
-    return Commitment(
-        _manoeuvre(spec),
-        None if spec.path is None else _path(spec.path, len(spec.control)),
-        spec.progress,
-        None if approach is None else Approach(approach.distance, approach.since, np.array(approach.target)),
-    )
-
-
-def _path(spec: PathSpec, dimension: int) -> CubicPath:
-    times = np.array(spec.times)
-    points = np.array(spec.points)
-    error = np.array(spec.error)
-    n = len(times) - 1
-    if points.shape != (n, 4, dimension) or error.shape != (n,) or np.any(np.diff(times) <= 0.0):
-        raise InvalidInput(
-            f"previous.path: expected increasing times and {n} pieces of dimension {dimension}, "
-            f"found shapes {points.shape} and {error.shape}"
-        )
-    return CubicPath(times, points, error)
 
 
 def _decision(before: Commitment) -> Decision:

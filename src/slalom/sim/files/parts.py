@@ -136,26 +136,31 @@ NUMBERS: Final[Mapping[Any, Any]] = {
 
 
 class PartModel(Built):
-    """A part by its kind. `part` is its class, `names` maps each key to the field of the class."""
+    """A part. `part` is its class, `names` maps each key to the field of the class, by default of the same name."""
 
     part: ClassVar[type]
     names: ClassVar[dict[str, str]]
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        if "part" in cls.__dict__:
+            cls.names = {key: key for key in cls.model_fields}
+
     def build(self) -> Any:
         """Return the part. Raises InvalidInput, which names the key of a field in place of the field."""
         try:
-            return self.part(**{field: _built(getattr(self, key)) for key, field in self.names.items()})
+            return self.part(**{field: built(getattr(self, key)) for key, field in self.names.items()})
         except InvalidInput as error:
             name, colon, text = str(error).partition(": ")
             key = next((key for key, field in self.names.items() if field == name), name)
             raise InvalidInput(f"{key}{colon}{text}") from None
 
 
-def _built(value: Any) -> Any:
-    """Return the value of a field, with parts in place of their models."""
-    if isinstance(value, PartModel):
+def built(value: Any) -> Any:
+    """Return the value of a field, with parts in place of their models and tuples in place of lists."""
+    if isinstance(value, Built):
         return value.build()
-    return type(value)(_built(one) for one in value) if isinstance(value, list | tuple) else value
+    return tuple(built(one) for one in value) if isinstance(value, list | tuple) else value
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,25 +2,25 @@
 
 import io
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from ruamel.yaml import YAML
 
 from slalom.base.errors import InvalidInput
-from slalom.base.registry import file_keys, kind_of
+from slalom.base.registry import to_plain
+from slalom.decision.document import TABLES, goal_to_plain
 from slalom.decision.objective import OBJECTIVES
 from slalom.decision.settings import NUMBERS
-from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import SHAPES
-from slalom.model.trajectory import TRAJECTORIES, Stationary
+from slalom.model.trajectory import TRAJECTORIES
 from slalom.model.uncertainty import UNCERTAINTIES
-from slalom.obstacle import Headings, Obstacle
+from slalom.obstacle import Obstacle
 from slalom.sim.measure.hdf5 import in_files
-from slalom.sim.scenario import SIGHT, Robot, Scenario
+from slalom.sim.scenario import Robot, Scenario, numbers_of
 
 NOT_IN_FILES = ("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
 """Settings that scenario files cannot hold."""
@@ -49,7 +49,7 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     content: dict[str, Any] = {"name": scenario.name}
     numbers = dict.fromkeys(("start", "duration", "dt", "horizon", "margin", "replan", *NUMBERS))
     content |= {name: float(getattr(scenario, name)) for name in numbers}
-    content |= {name: float(getattr(scenario, name)) for name in SIGHT if getattr(scenario, name)}
+    content |= {name: value for name, value in numbers_of(scenario.sight).items() if value}
     content |= {} if scenario.guided else {"guided": False}
     content["holds"] = [float(hold) for hold in scenario.holds]
     if scenario.period is not None:
@@ -68,14 +68,14 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
 
 
 def _robot(robot: Robot, start: float, end: float) -> dict[str, Any]:
-    limits = robot.limits
+    limits = to_plain(robot.limits, tables=TABLES)
     found: dict[str, Any] = {
         "name": robot.name,
-        "position": _plain(robot.state.position),
-        "velocity": _plain(robot.state.velocity),
+        "position": to_plain(robot.state.position),
+        "velocity": to_plain(robot.state.velocity),
         "shape": _part(robot.shape, SHAPES),
-        "max_speed": limits.max_speed,
-        "max_acceleration": limits.max_acceleration,
+        "max_speed": limits.pop("max_speed"),
+        "max_acceleration": limits.pop("max_acceleration"),
         "priority": float(robot.priority),
         "goal": _goal(robot.goal, start, end),
     }
@@ -83,26 +83,22 @@ def _robot(robot: Robot, start: float, end: float) -> dict[str, Any]:
         found["method"] = robot.method.name
     if robot.margin is not None:
         found["margin"] = float(robot.margin)
-    for name in ("velocity_bounds", "acceleration_bounds"):
-        if getattr(limits, name):
-            found[name] = [{"normal": _plain(b.normal), "offset": b.offset} for b in getattr(limits, name)]
-    if limits.bounds:
-        found["bounds"] = [_part(bound, BOUNDS) for bound in limits.bounds]
+    found |= {name: _given(bounds) for name, bounds in limits.items() if bounds}
     if robot.objective is not None:
         found["objective"] = _part(robot.objective, OBJECTIVES)
     return found
 
 
 def _goal(goal: Goal, start: float, end: float) -> dict[str, Any]:
-    shared = {"tolerance": goal.tolerance, "stop": goal.stop}
-    if isinstance(goal, PathGoal):
-        path: dict[str, Any] = {"points": _plain(goal.points), "lookahead": goal.lookahead}
-        if goal.speeds is not None:
-            path["speeds"] = _plain(goal.speeds)
-        return {"path": path, **shared}
-    if isinstance(goal.trajectory, Stationary):
-        return {"position": _plain(goal.trajectory.initial_position), **shared}
-    return {"trajectory": _part(in_files(goal.trajectory, start, end), TRAJECTORIES), **shared}
+    if not isinstance(goal, PathGoal):
+        goal = replace(goal, trajectory=in_files(goal.trajectory, start, end))
+    found: dict[str, Any] = _given(goal_to_plain(goal, "part"))
+    if "speeds" in found.get("path", {}):
+        found["path"]["speeds"] = found["path"].pop("speeds")  # the last key, as files of former versions have it
+    trajectory = found.get("trajectory", {})
+    if trajectory.get("kind") == "stationary":
+        return {"position": trajectory["position"]} | {key: found[key] for key in ("tolerance", "stop")}
+    return found
 
 
 def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
@@ -111,31 +107,19 @@ def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
     found: dict[str, Any] = {"name": obstacle.name, "shape": _part(obstacle.shape, SHAPES)}
     found["trajectory"] = _part(in_files(obstacle.trajectory, start, end), TRAJECTORIES)
     if obstacle.heading != 0.0:
-        found["heading"] = obstacle.heading.in_files if isinstance(obstacle.heading, Headings) else obstacle.heading
+        found["heading"] = to_plain(obstacle.heading)
     if obstacle.uncertainty is not None:
         found["uncertainty"] = _part(obstacle.uncertainty, UNCERTAINTIES)
     return found
 
 
-def _part(part: Any, kinds: Mapping[str, type]) -> dict[str, Any]:
-    """Return kind and fields of a part, with the keys that files use (see `schema_parts`)."""
-    found: dict[str, Any] = {"kind": kind_of(part, kinds, "part")}
-    for name, key in file_keys(type(part)).items():
-        value = getattr(part, name)
-        if value is not None:
-            found[key] = _value(value)
-    return found
+def _part(part: Any, kinds: Mapping[str, type]) -> Any:
+    """Return kind and fields of a part, with the keys that files use."""
+    return _given(to_plain(part, kinds, "part"))
 
 
-def _value(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return _plain(value)
-    if isinstance(value, tuple):
-        return [_value(item) for item in value]
-    if type(value) in SHAPES.values():
-        return _part(value, SHAPES)
-    return value
-
-
-def _plain(values: Any) -> Any:
-    return np.asarray(values, dtype=np.float64).tolist()
+def _given(value: Any) -> Any:
+    """Return a plain value without the keys that hold None."""
+    if isinstance(value, Mapping):
+        return {key: _given(one) for key, one in value.items() if one is not None}
+    return [_given(one) for one in value] if isinstance(value, list) else value

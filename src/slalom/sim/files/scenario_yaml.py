@@ -17,7 +17,7 @@ from slalom.model.limits import HalfSpace, Limits
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import checked_period
-from slalom.sim.files.parts import Place
+from slalom.sim.files.parts import Place, built
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import (
     GroupSpec,
@@ -27,12 +27,11 @@ from slalom.sim.files.schema import (
     RobotSpec,
     ScenarioSpec,
     WrittenRobot,
-    heading_of,
     is_group,
     robots_of,
 )
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, in_order, messages
-from slalom.sim.scenario import SETTINGS, Robot, Scenario, unfit_times, whole_periods
+from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers, unfit_times, whole_periods
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -88,11 +87,10 @@ class _Parts(Mistakes):
         found = self.recorded(recording, d) if recording and d else None
         self.periods(content)
         spec = _valid(ScenarioSpec, content)
-        settings = spec.model_dump(include=set(SETTINGS)) if spec else {}
-        settings |= {"guided": float(spec.guided)} if spec else {}
+        settings = self.settings(spec) if spec else {}
         if spec and recording and found:
             settings |= self.while_recorded(spec, recording, found)
-            settings["notes"] = found.notes
+            settings["notes"] = (*settings.get("notes", ()), *found.notes)
             obstacles += there_in(found, recording.window, spec.horizon)
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
@@ -109,6 +107,20 @@ class _Parts(Mistakes):
             written[0].at("goal"),
             lambda: Scenario(spec.name or _stem(self.path), whole, some, holds=tuple(spec.holds), **settings),
         )
+
+    def settings(self, spec: ScenarioSpec) -> dict[str, Any]:
+        """Return the arguments of the scenario for its settings; none of them with a mistake."""
+        numbers = spec.model_dump(include=set(SETTINGS))
+        notes: tuple[str, ...] = ()
+        if numbers["hidden_speed"] and not numbers["passive_safety"]:
+            notes = ("The file has hidden_speed without passive_safety: no agents are hidden.",)
+            numbers["hidden_speed"] = 0.0
+        try:
+            return from_numbers(numbers) | {"notes": notes}
+        except InvalidInput as error:
+            key, _, text = str(error).partition(": ")
+            self.note((key,), text)
+            return {}
 
     def written_robots(self, content: dict[str, Any]) -> list[WrittenRobot]:
         """Return the keys of each robot of the file, those of groups included; note names that occur twice."""
@@ -165,7 +177,7 @@ class _Parts(Mistakes):
         )
         velocity = me.velocity or [0.0] * d
         state = State(me.position, velocity) if len(velocity) == len(me.position) == d else None
-        bounds = tuple(bound.build() for bound in me.bounds)
+        bounds = built(me.bounds)
         for k, bound in enumerate(bounds):
             # A bound of another dimension raises in any state.
             self.attempt(written.at("bounds", k), partial(bound.half_spaces, State([1.0] * d, [1.0] * d)))
@@ -174,7 +186,7 @@ class _Parts(Mistakes):
         if state is None or shape is None:
             return None
         chosen = None if me.method is None else method(me.method)
-        objective = None if me.objective is None else me.objective.build()
+        objective = built(me.objective)
         robot = self.attempt(
             written.at("goal"),
             lambda: Robot(shape, limits, state, goal, written.name, chosen, me.margin, me.priority, objective),
@@ -185,7 +197,7 @@ class _Parts(Mistakes):
         """Return a half-space, and note one of another dimension than the robot."""
         if len(spec.normal) != d:
             self.note((*place, "normal"), f"expected {d} numbers, found {len(spec.normal)}")
-        return spec.build()
+        return HalfSpace(spec.normal, spec.offset)
 
     def obstacle(self, k: int, spec: ObstacleSpec, d: int) -> Obstacle | None:
         """Return an obstacle of the robot's dimension; None with a mistake."""
@@ -193,10 +205,9 @@ class _Parts(Mistakes):
         shape = self.attempt(("obstacles", k), lambda: spec.whole_shape(d))
         if shape is None:
             return None
-        uncertainty = spec.uncertainty.build() if spec.uncertainty is not None else None
         return self.attempt(
             ("obstacles", k, "trajectory"),
-            lambda: Obstacle(shape, spec.trajectory.build(), name, heading_of(spec.heading), uncertainty),
+            lambda: Obstacle(shape, spec.trajectory.build(), name, built(spec.heading), built(spec.uncertainty)),
         )
 
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:

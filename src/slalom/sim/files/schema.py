@@ -175,14 +175,12 @@ class GoalSpec(Built):
         return Goal(Stationary(self.position), self.tolerance, self.stop)
 
 
-class HalfSpaceSpec(Built):
+class HalfSpaceSpec(PartModel):
     """The half-space normal . x <= offset."""
 
+    part = HalfSpace
     normal: Vector
     offset: FiniteFloat
-
-    def build(self) -> HalfSpace:
-        return HalfSpace(self.normal, self.offset)
 
 
 def known_method(name: str) -> str:
@@ -217,15 +215,12 @@ class RobotSpec(RobotKeys):
     goal: GoalSpec
 
 
-class HeadingsSpec(Built):
+class HeadingsSpec(PartModel):
     """Keys of `Headings`: angles [rad] at times [s]."""
 
+    part = Headings
     times: Annotated[list[FiniteFloat], Field(min_length=1)]
     angles: Annotated[list[FiniteFloat], Field(min_length=1)]
-
-    def build(self) -> Headings:
-        """Return the headings."""
-        return Headings(self.times, self.angles)
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,11 +244,6 @@ class HeadingOfContent(ModelByContent):
 
 
 HeadingModel = Annotated[float | Literal["motion"] | HeadingsSpec, HeadingOfContent()]
-
-
-def heading_of(spec: float | Literal["motion"] | HeadingsSpec) -> float | Literal["motion"] | Headings:
-    """The heading of an obstacle from its model."""
-    return spec.build() if isinstance(spec, HeadingsSpec) else spec
 
 
 class ObstacleSpec(Shaped):

@@ -85,9 +85,15 @@ def _refuse_size(path: Path, root: Node | None) -> None:
 
 
 def _refuse_values(path: Path, root: Node | None) -> None:
-    """Raise InvalidFile with all values that are not of the kind of their tag or form, or that are no text."""
+    """Raise InvalidFile with all values that are not of the kind of their tag or form, or no text; also keys."""
     constructor, mistakes = YAML(typ="safe").constructor, []
-    for node in _scalars(root):
+    for node in _nodes(root):
+        for key, _ in node.value if isinstance(node, MappingNode) else ():
+            if not isinstance(key, ScalarNode):
+                found = "a list" if isinstance(key, SequenceNode) else "a mapping"
+                mistakes.append(f"{_place(path, key)}: expected text as a key, found {found}")
+        if not isinstance(node, ScalarNode):
+            continue
         try:
             constructor.construct_object(node)
             node.value.encode()
@@ -95,9 +101,10 @@ def _refuse_values(path: Path, root: Node | None) -> None:
         except (ValueError, LookupError, OverflowError, TypeError, AttributeError):
             fits = False
         if not fits:
-            place = f"{path}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
             kind = str(node.tag).rpartition(":")[2]
-            mistakes.append(f"{place}: expected a value that can be read, found {shown(node.value)} as {kind}")
+            mistakes.append(
+                f"{_place(path, node)}: expected a value that can be read, found {shown(node.value)} as {kind}"
+            )
     if mistakes:
         raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES))
 
@@ -109,16 +116,20 @@ def _inside(node: Node) -> list[Node]:
     return list(node.value) if isinstance(node, SequenceNode) else []
 
 
-def _scalars(root: Node | None) -> Iterator[ScalarNode]:
-    """The values of a file, each once."""
+def _nodes(root: Node | None) -> Iterator[Node]:
+    """The nodes of a file, each once."""
     stack, seen = [root] if root is not None else [], set[int]()
     while stack:
         node = stack.pop()
         if id(node) not in seen:
             seen.add(id(node))
             stack += reversed(_inside(node))
-            if isinstance(node, ScalarNode):
-                yield node
+            yield node
+
+
+def _place(path: Path, node: Node) -> str:
+    """file:line:column of a node."""
+    return f"{path}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
 
 
 def dotted(place: Place) -> str:
@@ -146,7 +157,7 @@ def where(path: Path, root: Node | None, place: Place, at_key: bool = False) -> 
     marked = key if key is not None and (at_key or is_empty) else node
     if marked is None:
         return f"{path}:1:1"
-    return f"{path}:{marked.start_mark.line + 1}:{marked.start_mark.column + 1}"
+    return _place(path, marked)
 
 
 _EXPECTED = {

@@ -83,7 +83,14 @@ GALLERY: Final = Registry[Entry](
             Entry(
                 "blind_corner",
                 worlds.blind_corner,
-                {"people": 3.0, "speed": 1.5, "width": 2.4, "max_speed": 1.5, "max_acceleration": 1.0},
+                {
+                    "people": 3.0,
+                    "speed": 1.5,
+                    "width": 2.4,
+                    "max_speed": 1.5,
+                    "max_acceleration": 1.0,
+                    "passive_safety": 0.0,
+                },
                 "A corridor with a blind corner, around which people come that do not yield.",
             ),
             Entry(

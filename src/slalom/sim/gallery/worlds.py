@@ -18,7 +18,7 @@ from slalom.model.state import State
 from slalom.model.trajectory import Circular, Composite, ConstantVelocity, PiecewisePolynomial, Sampled, Stationary
 from slalom.obstacle import Obstacle
 from slalom.sim.placement import MAX_TRIES, random_angles
-from slalom.sim.scenario import Robot, Scenario
+from slalom.sim.scenario import Robot, Scenario, from_numbers
 
 
 def empty(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
@@ -170,7 +170,9 @@ def corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Build a robot in a corridor that passes the end of another one, out of which people come that do not yield.
 
-    The sensor of the robot has a range of 8 m and does not reach around corners. People walk at 0.6 to 1 times `speed`.
+    The sensor of the robot has a range of 8 m and does not reach around corners. With `passive_safety` 1 or 2 hidden
+    agents are as fast as `speed`, see `sight_of`.
+    People walk at 0.6 to 1 times `speed`.
     They reach that end about when the robot does, and then turn to either side.
     """
     half, far = 0.5 * positive(p["width"], "width"), 14.0
@@ -198,15 +200,9 @@ def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
         State((-9.0, 0.0), (0.0, 0.0)),
         Goal(Stationary((9.0, 0.0)), 0.3, stop=True),
     )
-    return Scenario(
-        "blind_corner",
-        (robot,),
-        (*walls, *people),
-        duration=60.0,
-        sight_range=8.0,
-        occlusion=1.0,
-        hidden_speed=speed,
-    )
+    hidden = {"hidden_speed": speed, "passive_safety": p["passive_safety"]} if p["passive_safety"] else {}
+    sight = from_numbers({"sight_range": 8.0, "occlusion": 1.0, **hidden})
+    return Scenario("blind_corner", (robot,), (*walls, *people), duration=60.0, **sight)
 
 
 def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:

@@ -9,8 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
-from fnmatch import fnmatchcase
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -20,16 +19,19 @@ import numpy.typing as npt
 
 from slalom.base.checks import array, array_of, number, positive, shown
 from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.registry import from_plain, to_plain
 from slalom.io.table import file_size
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.limits import HalfSpace, Limits
 from slalom.model.path import Path as CubicPath
 from slalom.model.path_goal import PathGoal
-from slalom.model.shape import SHAPES, Shape, Union
+from slalom.model.shape import SHAPES
 from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
+from slalom.sim.measure.responses import RecordedResponses
+from slalom.sim.measure.units import units_of
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Content of HDF5 files, read in another process, which a malformed file can neither hang nor crash for the caller.
@@ -230,7 +232,7 @@ FORMER_NAMES: Final = {
     "speed": "initial_velocity",
     "push": "initial_acceleration",
 }
-"""Current names of fields of trajectories in format 1, which `load_part` uses if the class lacks the old name."""
+"""Names of fields of trajectories by their names in format 1."""
 HALF_SPACES: Final = ("velocity_bounds", "acceleration_bounds")
 T = TypeVar("T")
 
@@ -252,25 +254,23 @@ def in_files(trajectory: Trajectory, start: float, end: float) -> Trajectory:
     return as_polynomial(trajectory.path(first, max(last, first + SHORTEST_PIECE)))
 
 
-def save_part(group: Any, part: Any, kinds: Mapping[str, type]) -> None:
-    """Write the name of the part's class among `kinds`, and its fields."""
-    group.attrs["kind"] = next(name for name, cls in kinds.items() if type(part) is cls)
-    for item in fields(part):
-        value = getattr(part, item.name)
-        if isinstance(value, np.ndarray):
-            group[item.name] = value
+def save_part(group: Any, part: Any, kinds: Mapping[str, type], where: str = "part") -> None:
+    """Write the kind of a part and its fields, see `base.registry.to_plain`; parts in it as numbered groups."""
+    save_plain(group, to_plain(part, kinds, where))
+
+
+def save_plain(group: Any, plain: Mapping[str, Any]) -> None:
+    """Write a mapping of `to_plain`: lists of numbers as arrays, mappings as groups, all else as attributes."""
+    for key, value in plain.items():
+        if isinstance(value, Mapping):
+            save_plain(group.create_group(key), value)
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for k, one in enumerate(value):
+                save_plain(group.create_group(f"{key}/{k}"), one)
+        elif isinstance(value, list):
+            group[key] = np.array(value, dtype=np.float64)
         elif value is not None:
-            group.attrs[item.name] = value
-
-
-def save_shape(group: Any, shape: Shape) -> None:
-    """Write a shape, or a union of shapes as numbered groups."""
-    if not isinstance(shape, Union):
-        save_part(group, shape, SHAPES)
-        return
-    group.attrs["kind"] = "union"
-    for k, part in enumerate(shape.shapes):
-        save_shape(group.create_group(str(k)), part)
+            group.attrs[key] = value
 
 
 def as_polynomial(path: CubicPath) -> PiecewisePolynomial:
@@ -314,8 +314,12 @@ def text(values: Mapping[str, Value], name: str) -> str:
 
 def listed(group: Group, name: str) -> list[Group]:
     """Return the groups 0, 1, ... of a group in their order; none if there is no such group."""
-    found = group.groups.get(name, Group({}, {}, {})).groups
-    return [member(found, str(k)) for k in range(len(found))]
+    return in_order(group.groups.get(name, Group({}, {}, {})))
+
+
+def in_order(group: Group) -> list[Group]:
+    """Return the groups 0, 1, ... in a group."""
+    return [member(group.groups, str(k)) for k in range(len(group.groups))]
 
 
 def load_obstacle(group: Group) -> Obstacle:
@@ -324,7 +328,7 @@ def load_obstacle(group: Group) -> Obstacle:
     # Files of older versions do not say it.
     at_rest = scalar(group.attributes, "contact_at_rest") if "contact_at_rest" in group.attributes else True
     return Obstacle(
-        load_shape(member(group.groups, "shape")),
+        load_part(member(group.groups, "shape"), SHAPES),
         load_part(member(group.groups, "trajectory"), TRAJECTORIES),
         text(group.attributes, "name"),
         scalar(group.attributes, "heading") if over_time is None else _headings(over_time),
@@ -363,27 +367,20 @@ def _half_spaces(group: Group, name: str, dimension: int) -> tuple[HalfSpace, ..
     return tuple(HalfSpace(row[:-1], float(row[-1])) for row in rows)
 
 
-def load_shape(group: Group) -> Shape:
-    """Return a shape, or a union of shapes."""
-    if text(group.attributes, "kind") == "union":
-        return Union(tuple(load_shape(member(group.groups, str(k))) for k in range(len(group.groups))))
-    shape: Shape = load_part(group, SHAPES)
-    return shape
-
-
 def load_part(group: Group, kinds: Mapping[str, type]) -> Any:
     """Return a part of one of `kinds`, whose constructor checks the values."""
-    kind = member(kinds, text(group.attributes, "kind"))
-    known = {item.name for item in fields(kind)}
-    values: dict[str, Any] = {
-        **{name: _value(value) for name, value in group.attributes.items() if name != "kind"},
-        **{name: _value(value) for name, value in group.datasets.items()},
-    }
-    given = {name if name in known else FORMER_NAMES.get(name, name): value for name, value in values.items()}
-    needed = {item.name for item in fields(kind) if item.default is MISSING and item.default_factory is MISSING}
-    if not needed <= set(given) <= known:
-        raise InvalidInput(f"{kind.__name__}: expected {', '.join(sorted(known))}, found {shown(sorted(given))}")
-    return kind(**given)
+    return from_plain(_plain(group), kinds, FORMER_NAMES)
+
+
+def _plain(group: Group) -> dict[str, Any]:
+    """Return the kind and fields of a part, and of the parts in it."""
+    found = {name: _value(value) for name, value in (*group.attributes.items(), *group.datasets.items())}
+    # Formats 1 and 2 have the shapes of a union without a group around them.
+    inside = {"shapes": Group({}, group.groups, {})} if "0" in group.groups else group.groups
+    for name, one in inside.items():
+        is_part = "kind" in one.attributes
+        found[name] = _plain(one) if is_part else [_plain(each) for each in in_order(one)]
+    return found
 
 
 def _value(value: Value) -> Any:
@@ -413,6 +410,16 @@ def unbounded(run: Group, name: str, *shape: int) -> npt.NDArray[np.float64]:
     return found
 
 
+def load_responses(run: Group, steps: int, n: int) -> RecordedResponses:
+    """Return the responses (steps, n)."""
+    parts = member(run.datasets, "response_parts")
+    # An array without elements has no texts.
+    found = parts.texts if isinstance(parts, Texts) else [] if parts.size == 0 else None
+    if found is None or len(parts.shape) != 1:
+        raise InvalidInput(f"response_parts: expected a list of texts, found shape {parts.shape}")
+    return RecordedResponses.from_json(found, numbers(run.datasets, "responses"), (steps, n))
+
+
 def texts(run: Group, name: str, *shape: int) -> tuple[tuple[str, ...], ...]:
     """Return the texts (T, N) of each step and robot."""
     found = member(run.datasets, name)
@@ -422,56 +429,11 @@ def texts(run: Group, name: str, *shape: int) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(found.texts[k * n : (k + 1) * n]) for k in range(steps))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Units and meanings of the arrays in the HDF5 files of runs.
-
-
-ARRAYS: Final[Mapping[str, tuple[str, str]]] = {
-    "times": ("s", "(T + 1,) absolute times"),
-    "poses": ("m, rad", "(T + 1, N, d + 1) positions and, last, heading of the velocity"),
-    "twists": ("m/s, rad/s", "(T + 1, N, d + 1) velocities and, last, 0"),
-    "accelerations": ("m/s^2", "(T, N, d), constant over each step"),
-    "controls": ("of the response", "(T, N, d) controls of the committed manoeuvres"),
-    "responses": ("", "(T, N) responses of the committed manoeuvres as text, names of the methods of peers"),
-    "outcomes": ("", "(T, N) outcomes of the decisions, empty where none was due"),
-    "decision_times": ("s", "(T, N) wall clock of the decisions"),
-    "arrived": ("s", "(N,) absolute times of arrival, inf without one"),
-    "holds": ("s", "holds of the methods that hold an acceleration"),
-    "robots/*/velocity_bounds": ("1, m/s", "(n, d + 1) normals and, last, offsets of half-spaces"),
-    "robots/*/acceleration_bounds": ("1, m/s^2", "(n, d + 1) normals and, last, offsets of half-spaces"),
-    "robots/*/bounds/*/half_widths": ("m/s or m/s^2, as what is bounded", "of a box"),
-    "robots/*/bounds/*/corners": ("m/s or m/s^2, as what is bounded", "of a polygon"),
-    "robots/*/bounds/*/heading": ("1", "direction of the heading"),
-    "obstacles/*/headings/times": ("s", "of the angles of a heading"),
-    "obstacles/*/headings/angles": ("rad", "of the x axis of the shape"),
-    "*/initial_position": ("m", "of a trajectory"),
-    "*/initial_velocity": ("m/s", "of a trajectory"),
-    "*/initial_acceleration": ("m/s^2", "of a trajectory"),
-    "*/center": ("m", "of a circle"),
-    "*/normal": ("1", "of the plane of a circle"),
-    "*/times": ("s", "of a sampled trajectory"),
-    "*/positions": ("m", "of a sampled trajectory"),
-    "*/durations": ("s", "of the pieces of a polynomial"),
-    "*/coefficients": ("m, m/s, m/s^2, ...", "of the pieces, in ascending powers of the time since their start"),
-    "*/corners": ("m", "of a shape"),
-    "*/points": ("m", "of a shape"),
-    "*/start": ("m", "of a capsule"),
-    "*/end": ("m", "of a capsule"),
-}
-"""Units and meanings by the path of an array in the group of the run. A * stands for any part of a path; the first
-that fits counts."""
-
-
-def units_of(path: str) -> str:
-    """Return the unit of the array at a path, "" for texts and for arrays of parts of other packages."""
-    return next((unit for pattern, (unit, _) in ARRAYS.items() if fnmatchcase(path, pattern)), "")
-
-
 def add_units(run: Any) -> None:
     """Give every array in the group of a run the attribute `units`."""
 
     def add(name: str, member: Any) -> None:
         if isinstance(member, h5py.Dataset):
-            member.attrs["units"] = units_of(name)
+            member.attrs["units"] = units_of(name, member.parent.attrs.get("kind"))
 
     run.visititems(add)

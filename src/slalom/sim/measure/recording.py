@@ -13,13 +13,14 @@ import numpy as np
 
 from slalom.base.checks import Array, array, array_of, positive, short, shown, whole
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
-from slalom.base.registry import Kind, Registry
+from slalom.base.registry import Kind, Registry, to_plain
+from slalom.decision.document import goal_to_plain
 from slalom.decision.settings import NUMBERS
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
-from slalom.model.shape import Shape
+from slalom.model.shape import SHAPES, Shape
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.periodic import Period, checked_period
@@ -32,19 +33,21 @@ from slalom.sim.measure.hdf5 import (
     load_holds,
     load_limits,
     load_obstacle,
-    load_shape,
+    load_part,
+    load_responses,
     member,
     named_numbers,
     numbers,
     read_tree,
     save_part,
-    save_shape,
+    save_plain,
     save_trajectory,
     scalar,
     text,
     texts,
     unbounded,
 )
+from slalom.sim.measure.responses import RecordedResponses, ResponseRow
 from slalom.sim.measure.tidy_table import to_pandas
 from slalom.sim.scenario import Scenario
 
@@ -57,7 +60,7 @@ class Step(NamedTuple):
 
     Attributes:
         positions, velocities, accelerations: (N, d) [m, m/s, m/s^2].
-        controls: (N, d) of the committed manoeuvres. responses: their responses as text.
+        controls: (N, d) of the committed manoeuvres. responses: their responses, names of methods for peers.
         outcomes: names of the outcomes of decisions, "" without a decision. decision_times: (N,) [s] wall clock.
     """
 
@@ -65,7 +68,7 @@ class Step(NamedTuple):
     velocities: Array
     accelerations: Array
     controls: Array
-    responses: tuple[str, ...]
+    responses: ResponseRow
     outcomes: tuple[str, ...]
     decision_times: Array
 
@@ -103,10 +106,10 @@ class RunLog:
 # The HDF5 file of a run, as it is written; `Recording.load` reads it.
 
 
-FORMAT: Final = "slalom recording 2"
+FORMAT: Final = "slalom recording 3"
 """Name of the written format."""
-READABLE_FORMATS: Final = ("slalom recording 1", FORMAT)
-"""Names of the formats that are read."""
+FORMATS_WITH_TEXTS: Final = ("slalom recording 1", "slalom recording 2")
+"""Names of the former formats, which hold responses as text. They are read."""
 
 
 def save_run(recording: "Recording", path: Path | str) -> None:
@@ -135,9 +138,10 @@ def save_run(recording: "Recording", path: Path | str) -> None:
         run["twists"] = np.concatenate([recording.velocities, np.zeros_like(heading)], axis=-1)
         for name in ("accelerations", "controls", "decision_times", "arrived"):
             run[name] = getattr(recording, name)
-        for name in ("responses", "outcomes"):
-            texts = np.array(getattr(recording, name), dtype=h5py.string_dtype())
-            run[name] = texts.reshape(recording.decision_times.shape)
+        run["responses"] = recording.responses.number
+        run["response_parts"] = np.array(recording.responses.to_json(), dtype=h5py.string_dtype())
+        outcomes = np.array(recording.outcomes, dtype=h5py.string_dtype())
+        run["outcomes"] = outcomes.reshape(recording.decision_times.shape)
         _save_parts(run, recording)
         add_units(run)
 
@@ -147,7 +151,7 @@ def _save_parts(run: Any, recording: "Recording") -> None:
     span = float(recording.times[0]), float(recording.times[-1])
     for k, (shape, limits, goal) in enumerate(zip(recording.shapes, recording.limits, recording.goals)):
         group = run.create_group(f"robots/{k}")
-        save_shape(group.create_group("shape"), shape)
+        save_part(group.create_group("shape"), shape, SHAPES)
         group.attrs["name"] = recording.names[k]
         group.attrs.update(max_speed=limits.max_speed, max_acceleration=limits.max_acceleration)
         for name in HALF_SPACES:
@@ -159,19 +163,15 @@ def _save_parts(run: Any, recording: "Recording") -> None:
         group.attrs.update(goal_tolerance=goal.tolerance, goal_stop=goal.stop)
         save_trajectory(group.create_group("goal"), goal.trajectory, *span)
         if isinstance(goal, PathGoal):
-            path = group.create_group("goal_path")
-            path["points"], path.attrs["lookahead"] = goal.points, goal.lookahead
-            if goal.speeds is not None:
-                path["speeds"] = goal.speeds
+            save_plain(group.create_group("goal_path"), goal_to_plain(goal, "goal")["path"])
     for k, obstacle in enumerate(recording.obstacles):
         group = run.create_group(f"obstacles/{k}")
         group.attrs.update(name=obstacle.name, contact_at_rest=obstacle.contact_at_rest)
         if isinstance(obstacle.heading, Headings):
-            headings = group.create_group("headings")
-            headings["times"], headings["angles"] = obstacle.heading.times, obstacle.heading.angles
+            save_plain(group.create_group("headings"), to_plain(obstacle.heading))
         else:
             group.attrs["heading"] = obstacle.heading
-        save_shape(group.create_group("shape"), obstacle.shape)
+        save_part(group.create_group("shape"), obstacle.shape, SHAPES)
         if obstacle.uncertainty is not None:
             save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
         save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
@@ -206,7 +206,7 @@ class Recording:
         times: (T + 1,) absolute [s]. positions: (T + 1, N, d) [m]. velocities: (T + 1, N, d) [m/s].
         accelerations: (T, N, d) [m/s^2], constant over each step.
         controls: (T, N, d) of the committed manoeuvre, in the unit of its response; velocities for a peer.
-        responses: (T, N) texts of the responses; names for a peer.
+        responses: of the committed manoeuvres, see `RecordedResponses`; names for a peer.
         outcomes: (T, N) names of `Outcome`, CHOSEN or UNANSWERED; "" if no decision was due.
         decision_times: (T, N) wall clock [s], the only part that differs between equal runs.
         shapes: N. limits: N. goals: N. arrived: (N,) absolute time [s], inf if the robot did not arrive.
@@ -228,7 +228,7 @@ class Recording:
     velocities: Array
     accelerations: Array
     controls: Array
-    responses: tuple[tuple[str, ...], ...]
+    responses: RecordedResponses
     outcomes: tuple[tuple[str, ...], ...]
     decision_times: Array
     shapes: tuple[Shape, ...]
@@ -266,7 +266,7 @@ class Recording:
             velocities=np.array([*(step.velocities for step in steps), log.velocities]),
             accelerations=np.array([step.accelerations for step in steps]).reshape(-1, n, d),
             controls=np.array([step.controls for step in steps]).reshape(-1, n, d),
-            responses=tuple(step.responses for step in steps),
+            responses=RecordedResponses.of([step.responses for step in steps], n),
             outcomes=tuple(step.outcomes for step in steps),
             decision_times=np.array([step.decision_times for step in steps]).reshape(-1, n),
             shapes=tuple(robot.shape for robot in scenario.robots),
@@ -277,7 +277,7 @@ class Recording:
             foresight=log.foresight,
             period=scenario.period,
             names=_distinct([robot.name for robot in scenario.robots]),
-            settings={name: float(getattr(scenario, name)) for name in DECIDING},
+            settings={name: scenario.settings[name] for name in DECIDING},
             holds=tuple(scenario.holds),
         )
 
@@ -315,7 +315,7 @@ class Recording:
             velocities=self.velocities[:, one],
             accelerations=self.accelerations[:, one],
             controls=self.controls[:, one],
-            responses=tuple(row[one] for row in self.responses),
+            responses=self.responses.only(one),
             outcomes=tuple(row[one] for row in self.outcomes),
             decision_times=self.decision_times[:, one],
             shapes=self.shapes[one],
@@ -334,7 +334,8 @@ class Recording:
 
         For responses it covers the numbers, not the names of classes and fields: a rename changes no digest.
         """
-        numbers = [NUMBER.findall(text) for row in self.responses for text in row]
+        of_part = [NUMBER.findall(text) for text in self.responses.text_of_parts]
+        numbers = [of_part[k] for k in self.responses.number.ravel().tolist()]
         parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(numbers), repr(self.outcomes)]
         if self.period is not None:
             parts.append(repr(self.period))
@@ -379,15 +380,15 @@ class Recording:
         file = read_tree(path)
         try:
             found = text(file.attributes, "format") if "format" in file.attributes else "no format"
-            if found not in READABLE_FORMATS:
+            if found not in (FORMAT, *FORMATS_WITH_TEXTS):
                 raise InvalidInput(f"format: expected {FORMAT!r}, found {shown(found)}")
-            return cls._from_group(member(file.groups, "run_0"))
+            return cls._from_group(member(file.groups, "run_0"), found)
         except (SlalomError, ArithmeticError, TypeError, ValueError) as error:
             # Errors of the checks of the parts, and of numpy for values without a check.
             raise InvalidFile([f"{path}: expected the content of a recording, found {error}"]) from None
 
     @classmethod
-    def _from_group(cls, run: Group) -> "Recording":
+    def _from_group(cls, run: Group, written_as: str) -> "Recording":
         attributes, robots = run.attributes, listed(run, "robots")
         times = array(numbers(run.datasets, "times"), "times")
         poses = numbers(run.datasets, "poses")
@@ -411,10 +412,12 @@ class Recording:
             velocities=stored("twists", steps + 1, n, d + 1)[..., :-1],
             accelerations=stored("accelerations", steps, n, d),
             controls=unbounded(run, "controls", steps, n, d),
-            responses=texts(run, "responses", steps, n),
+            responses=load_responses(run, steps, n)
+            if written_as == FORMAT
+            else RecordedResponses.from_texts(texts(run, "responses", steps, n), n),
             outcomes=texts(run, "outcomes", steps, n),
             decision_times=stored("decision_times", steps, n),
-            shapes=tuple(load_shape(member(robot.groups, "shape")) for robot in robots),
+            shapes=tuple(load_part(member(robot.groups, "shape"), SHAPES) for robot in robots),
             limits=tuple(load_limits(robot, d) for robot in robots),
             goals=tuple(load_goal(robot) for robot in robots),
             arrived=unbounded(run, "arrived", n),

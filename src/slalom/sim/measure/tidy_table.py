@@ -48,7 +48,7 @@ def columns_of(recording: "Recording") -> dict[str, npt.NDArray[Any]]:
         "vx vy vz": recording.velocities,
         "ax ay az": _with_last(recording.accelerations, np.nan),
         "control_x control_y control_z": _with_last(recording.controls, np.nan),
-        "response": _with_last(np.array(recording.responses, dtype=object).reshape(-1, n), "").ravel(),
+        "response": _with_last(np.array(recording.responses.texts, dtype=object).reshape(-1, n), "").ravel(),
         "outcome": _with_last(np.array(recording.outcomes, dtype=object).reshape(-1, n), "").ravel(),
         "decision_time": _with_last(recording.decision_times, np.nan).ravel(),
         "arrived": (recording.times[:, None] >= recording.arrived).ravel(),

@@ -12,6 +12,7 @@ from slalom.fleet.observation import Observer
 from slalom.model.state import State
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles
+from slalom.sim.measure.responses import ResponseRow
 from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import Scenario
 
@@ -34,8 +35,8 @@ class Decider(Protocol):
     def accelerations(self, now: float, duration: float) -> Array:
         """The accelerations (n, 3) [m/s^2], constant over `duration` [s], that follow the committed manoeuvres."""
 
-    def committed(self) -> tuple[Array, tuple[str, ...]]:
-        """The controls (n, d) and the responses, as text, of all committed manoeuvres."""
+    def committed(self) -> tuple[Array, ResponseRow]:
+        """The controls (n, d) and the responses of all committed manoeuvres; for peers the names of their methods."""
 
 
 class SingleRobotDecider:
@@ -77,7 +78,7 @@ class SingleRobotDecider:
         acceleration[0, : self.scenario.dimension] = self.decision.manoeuvre.mean_acceleration(now, duration)
         return acceleration
 
-    def committed(self) -> tuple[Array, tuple[str, ...]]:
+    def committed(self) -> tuple[Array, ResponseRow]:
         assert self.decision is not None
         manoeuvre = self.decision.manoeuvre
-        return manoeuvre.control[None], (repr(manoeuvre.response),)
+        return manoeuvre.control[None], (manoeuvre.response,)

@@ -6,6 +6,7 @@ from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.decision.methods import Method
 from slalom.fleet.fleet import Fleet
+from slalom.sim.measure.responses import ResponseRow
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.messages import messages_of
 from slalom.sim.run.states import RobotStates, sensing_of
@@ -38,7 +39,7 @@ class FleetDecider:
             observation_noise=scenario.sight_noise,
             sight=scenario.sight,
             threads=threads,
-            guided=bool(scenario.guided) and scenario.dimension == 2,
+            guided=scenario.guided and scenario.dimension == 2,
             **scenario.shared | {"margin": [scenario.margin_of(k) for k in range(len(robots))]},
         )
         self._goals = [robot.goal for robot in robots]
@@ -68,5 +69,5 @@ class FleetDecider:
         velocity, _ = self.fleet.planned(now + duration)
         return self.states.stop_departed((velocity - self.states.velocity) / duration, duration)
 
-    def committed(self) -> tuple[Array, tuple[str, ...]]:
+    def committed(self) -> tuple[Array, ResponseRow]:
         return self.fleet.table.each["control"][:, : self.scenario.dimension].copy(), self.fleet.committed_responses()

@@ -17,6 +17,7 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import ObstacleWindow
 from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
+from slalom.sim.measure.responses import ResponseRow
 from slalom.sim.run.deciders import Decisions
 from slalom.sim.run.states import RobotStates
 from slalom.sim.scenario import SIGHT, Robot, Scenario
@@ -125,17 +126,15 @@ class PeerDecider:
                     acceleration[k, :2] *= max_acceleration / size
         return acceleration
 
-    def committed(self) -> tuple[Array, tuple[str, ...]]:
+    def committed(self) -> tuple[Array, ResponseRow]:
         return self._chosen.copy(), (self.peer.name,) * len(self._chosen)
 
 
 def _refuse(scenario: Scenario, peer: Peer) -> None:
     """Raise InvalidInput for a scenario that the peer cannot be run in."""
     for name in ("sight_noise", "sight_delay", "sight_loss", *SIGHT):
-        if getattr(scenario, name):
-            raise InvalidInput(
-                f"{name}: expected 0 for {peer.name}, whose observations are exact; found {getattr(scenario, name):g}"
-            )
+        if found := scenario.settings[name]:
+            raise InvalidInput(f"{name}: expected 0 for {peer.name}, whose observations are exact; found {found:g}")
     if scenario.period is not None:
         raise InvalidInput(
             f"period: expected none for {peer.name}, whose world is not periodic; found {scenario.period}"

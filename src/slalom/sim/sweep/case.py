@@ -194,7 +194,7 @@ def is_guided(name: Source, settings: Mapping[str, float], method: str | Method 
     if isinstance(name, str) and is_cases(name):
         return bool(settings.get("guided", 1.0))
     scenario = drawn(name, settings)
-    return bool(scenario.guided) and len(scenario.robots) > 1 and scenario.dimension == 2
+    return scenario.guided and len(scenario.robots) > 1 and scenario.dimension == 2
 
 
 def is_file(name: str) -> bool:
