@@ -1,6 +1,7 @@
 """The chart of a study: success and mean last arrival of each method in each scenario."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -8,7 +9,7 @@ from matplotlib.figure import Figure
 Row = Mapping[str, str]
 """A row of the table of a page by heading."""
 
-NUMBERS = {"ha": "center", "va": "center", "fontsize": 7}
+NUMBERS: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7}
 
 
 def cells(rows: Sequence[Row]) -> dict[tuple[str, str], tuple[float, str]]:

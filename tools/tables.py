@@ -18,6 +18,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -104,7 +105,7 @@ class StudyPage:
         """The file of its runs."""
         return ROOT / "benchmarks" / "results" / f"{self.name}.csv"
 
-    @property
+    @cached_property
     def study(self) -> Study:
         """The study."""
         return read_study(ROOT / "benchmarks" / f"{self.name}.yaml", self.data)
@@ -188,7 +189,8 @@ CHART_TEXT = """\
 
 In the chart the colour of a cell is the share of runs with success. The number is the mean last arrival in seconds.
 With a minus sign, all robots arrived in no run. There are no runs of empty cells. The chart has the scenarios with runs
-of both `nao_shared` and `orca`. All rows are in [{name}.csv]({name}.csv). These are the main ones:
+of both `nao_shared` and `orca`. All rows are in [{name}.csv]({name}.csv). `tools/tables.py` draws the chart from the
+kept runs, and writes the file and this page. These are the main rows:
 
 """
 """Chart and file of all rows on a page with main rows."""

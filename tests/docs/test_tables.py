@@ -58,7 +58,8 @@ def test_every_seed_of_every_row_was_run(table: tables.Table) -> None:
     assert [(run["scenario"], run["method"], run["seed"]) for run in tables.kept(table)] == expected
 
 
-@pytest.mark.parametrize(("table", "row", "method"), turn(ROWS))
+@pytest.mark.slow
+@pytest.mark.parametrize(("table", "row", "method"), ROWS)
 def test_two_runs_of_a_row_give_the_same_again(table: tables.Table, row: Row, method: str) -> None:
     """Two seeds, others with each commit."""
     installed(method)
@@ -74,13 +75,15 @@ def test_a_page_without_a_place_is_refused() -> None:
         tables.with_table("# A page\n", table, "| a |")
 
 
+KEPT = {study.name: {(run["scenario"], run["method"]) for run in tables.kept(study)} for study in tables.STUDIES}
+"""Scenario and method of the rows with kept runs, by study."""
 STUDY_ROWS = [
     pytest.param(study, row, method, id=f"{study.name} {tables.scenario_text(row)} {method}")
     for study in tables.STUDIES
     for row in study.rows
     for method in row.methods
     if row.settings.get("robots", 0) <= 20
-    if (tables.scenario_text(row), method) in {(run["scenario"], run["method"]) for run in tables.kept(study)}
+    if (tables.scenario_text(row), method) in KEPT[study.name]
 ]
 
 
