@@ -1,6 +1,7 @@
 """What the documentation shows works: code blocks, examples, commands, links."""
 
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -42,7 +43,20 @@ def examples() -> list[Any]:
 
 
 @pytest.mark.parametrize("example", examples())
-def test_examples_run(example):
+def test_examples_run(example, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(sys, "argv", [str(example)])
+    code = None
+    try:
+        runpy.run_path(str(example), run_name="__main__")
+    except SystemExit as end:  # Without packages that it needs.
+        code = end.code
+    assert not code
+    assert capsys.readouterr().out.strip()
+
+
+def test_an_example_is_a_program():
+    example = ROOT / "examples" / "01_one_decision.py"
     done = subprocess.run([sys.executable, example], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from draws import examples
+from hypothesis import given, strategies as st
 from recording_formats import RECORDED, SAMPLES, WALK, Row, geocentric, recorded, write_database
 
 from slalom import ConstantVelocity, InvalidFile, InvalidInput, Sampled
@@ -279,7 +280,7 @@ def recordings(draw: st.DrawFn) -> tuple[RecordedTracks, float]:
 
 
 @OUT
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(recording=recordings())
 def test_what_is_written_is_read(name: str, recording: tuple[RecordedTracks, float], tmp_path_factory) -> None:
     """Positions to the bit; times to rounding, in CSV to the bit."""
@@ -622,7 +623,7 @@ def test_other_scenarios_are_refused(old: str, new: str, message: str, tmp_path:
 # Latitude and longitude.
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(
     origin=st.tuples(st.floats(-89, 89), st.floats(-180, 180), st.floats(-100, 9000)),
     places=st.lists(

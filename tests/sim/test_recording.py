@@ -8,6 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from draws import draws_of
 from parts import BOUNDS, PERIOD, disc_or_ball
 from recorded_runs import every_kind, recorded, same_bits
 
@@ -42,7 +43,7 @@ PLAIN = (
 )
 
 
-@pytest.fixture(scope="module", params=[2, 3], ids=["plane", "space"])
+@pytest.fixture(scope="module", params=draws_of({"space": 3, "plane": 2}, "space"))
 def saved(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Path]:
     """A recording and its file."""
     recording, path = recorded(request.param), tmp_path_factory.mktemp("runs") / "run.h5"

@@ -7,7 +7,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from draws import examples
+from hypothesis import given, strategies as st
 from scenario_texts import EVERYTHING, GROUP
 
 from slalom import (
@@ -499,7 +500,7 @@ def test_patterns(tmp_path: Path) -> None:
 
 
 @given(st.integers(0, 2**31), st.integers(1, 12), st.sampled_from([2, 3]), st.floats(0.0, 2.0))
-@settings(max_examples=15, deadline=None)
+@examples(15)
 def test_random_boxes(seed: int, count: int, d: int, apart: float) -> None:
     """Within the box, at least so far apart, the same bits for the same seed, goals independent of starts."""
     low, high = [-4.0] * d, [9.0] * d
