@@ -12,6 +12,8 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Modules that no test imports need not be compiled to bytecode.
 export PIP_NO_COMPILE := 1
+# The bytecode of tests, with their rewritten assertions, is kept for later runs.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo docs tables test test-adapters test-all test-paper kernels golden chromium ci lint bench release-check clean
 

@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from draws import quarters, runs
+from draws import USUAL_EXAMPLES, quarters, runs
 from hypothesis import HealthCheck, Phase, settings
 
 # Reproducible and quick by default. `--hypothesis-profile=long` looks harder, with new examples every time, and
@@ -12,14 +12,14 @@ settings.register_profile(
     "slalom",
     derandomize=True,
     deadline=None,
-    max_examples=15,
+    max_examples=USUAL_EXAMPLES,
     phases=(Phase.explicit, Phase.generate),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )
 settings.register_profile(
     "long", deadline=None, max_examples=500, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
-settings.register_profile("first", settings.get_profile("slalom"), max_examples=6)
+settings.register_profile("first", settings.get_profile("slalom"), max_examples=4)
 settings.load_profile("slalom")
 
 

@@ -4,19 +4,21 @@
     python tools/tables.py --make NAME --store DIR    # makes all runs of a table first; DIR keeps finished runs
     python tools/tables.py --make fleets --data DIR   # DIR has the test cases of other projects
 
-The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study; other
-tables are between two comments that name them. `tests/docs/test_tables.py` compares every table with its runs, and
-makes two runs of its rows again. Runs take place in the processes of `portable.py`: their bits are the same on other
-processors.
+The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study, or a chart
+and its main rows, beside a CSV file of all rows. Other tables are between two comments that name them.
+`tests/docs/test_tables.py` compares every table with its runs, and makes two runs of its rows again. Runs take place in
+the processes of `portable.py`: their bits are the same on other processors.
 """
 
 import argparse
 import csv
+import io
 import json
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -70,6 +72,11 @@ class Table:
         """The text of its page with the table of these runs."""
         return with_table(text, self, rendered(self, runs))
 
+    def files(self, runs: Sequence[Run]) -> dict[Path, str]:
+        """The new text of its page."""
+        page = ROOT / self.page
+        return {page: self.written(page.read_text(), runs)}
+
 
 @dataclass(frozen=True)
 class StudyPage:
@@ -79,10 +86,13 @@ class StudyPage:
 
     Attributes:
         data: folder of the test cases of other projects; without it their runs are not made.
+        main: scenarios and methods of the rows on a page with a chart; all rows are in docs/NAME.csv. None: all rows
+            are on the page.
     """
 
     name: str
     data: Path | None = None
+    main: tuple[tuple[str, ...], tuple[str, ...]] | None = None
     fields: tuple[str, ...] = STUDY_FIELDS
 
     @property
@@ -95,7 +105,7 @@ class StudyPage:
         """The file of its runs."""
         return ROOT / "benchmarks" / "results" / f"{self.name}.csv"
 
-    @property
+    @cached_property
     def study(self) -> Study:
         """The study."""
         return read_study(ROOT / "benchmarks" / f"{self.name}.yaml", self.data)
@@ -135,6 +145,60 @@ class StudyPage:
         keys = [(f"{t['scenario']} {s}".rstrip(), m) for t, s, row in zip(tables, settings, rows) for m in row.methods]
         head = new[: new.index("\n", new.index("\n|---") + 1) + 1]
         return head + "".join(f"{lines[key]}\n" for key in keys)
+
+    @property
+    def whole(self) -> Path:
+        """The CSV file of all rows of a page with main rows."""
+        return (ROOT / self.page).with_suffix(".csv")
+
+    @property
+    def chart(self) -> Path:
+        """The chart of a page with main rows."""
+        return ROOT / "docs" / "images" / f"{self.name}.svg"
+
+    def files(self, runs: Sequence[Run]) -> dict[Path, str]:
+        """The new text of its page, and of the file of all rows if the page has main rows only."""
+        page = ROOT / self.page
+        text = page.read_text()
+        if self.main is None:
+            return {page: self.written(text, runs)}
+        with self.whole.open(newline="") as file:
+            former = "".join(f"| {' | '.join(cells)} |\n" for cells in csv.reader(file))
+        new = self.written(text + former, runs)
+        before, heads, rest = new.partition("| scenario |")
+        lines = (heads + rest).splitlines(keepends=True)
+        scenarios, methods = self.main
+        main = [line for line in lines[2:] if (c := _cells_of(line))[0] in scenarios and c[1] in methods]
+        table = io.StringIO()
+        csv.writer(table, lineterminator="\n").writerows(_cells_of(line) for line in (lines[0], *lines[2:]))
+        words = CHART_TEXT.format(name=self.name)
+        return {page: before + words + "".join((*lines[:2], *main)), self.whole: table.getvalue()}
+
+    def draw(self) -> None:
+        """Draw the chart of a page with main rows, from the file of all rows."""
+        from study_chart import chart
+
+        from slalom.view import save
+
+        with self.whole.open(newline="") as file:
+            save(chart(list(csv.DictReader(file))), self.chart)
+
+
+CHART_TEXT = """\
+![Success and last arrival of each method in each scenario](images/{name}.svg)
+
+In the chart the colour of a cell is the share of runs with success. The number is the mean last arrival in seconds.
+With a minus sign, all robots arrived in no run. There are no runs of empty cells. The chart has the scenarios with runs
+of both `nao_shared` and `orca`. All rows are in [{name}.csv]({name}.csv). `tools/tables.py` draws the chart from the
+kept runs, and writes the file and this page. These are the main rows:
+
+"""
+"""Chart and file of all rows on a page with main rows."""
+
+
+def _cells_of(line: str) -> list[str]:
+    """The cells of a line of a table of Markdown."""
+    return line.strip().removeprefix("| ").removesuffix(" |").split(" | ")
 
 
 def _rows_of(text: str) -> dict[tuple[str, str], str]:
@@ -216,7 +280,20 @@ TABLES = (
 )
 
 
-STUDIES = (StudyPage("fleets"), StudyPage("planners"))
+MAIN_SCENARIOS = (
+    "circle robots=10, radius=20",
+    "circle robots=40, radius=40",
+    "ring robots=20",
+    "random_goals robots=50, side=25",
+    "crossing_streams robots=20",
+    "corridor_swap robots=20",
+    "doorway robots=20",
+    "navground_cross",
+)
+STUDIES = (
+    StudyPage("fleets", main=(MAIN_SCENARIOS, ("nao_shared", "nao", "orca", "navground_orca"))),
+    StudyPage("planners"),
+)
 
 
 def scenario_text(row: Row) -> str:
@@ -349,9 +426,11 @@ def main(tokens: Sequence[str] | None = None) -> int:
         if table.name in given.make:
             chosen = replace(table, data=given.data) if isinstance(table, StudyPage) else table
             make(chosen, given.store, given.jobs, given.merge, given.missing)
-        page = ROOT / table.page
         if table.runs.exists():
-            page.write_text(table.written(page.read_text(), kept(table)))
+            for file, text in table.files(kept(table)).items():
+                file.write_text(text)
+            if isinstance(table, StudyPage) and table.main is not None:
+                table.draw()
     return 0
 
 

@@ -6,7 +6,8 @@ from types import SimpleNamespace as Message
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from draws import examples
+from hypothesis import given, strategies as st
 
 from slalom import Ball, ConstantVelocity, Goal, Limits, Navigator, Obstacle, State, Stationary, method
 from slalom.adapters.mavlink import Drone, measured, ned, setpoint
@@ -32,7 +33,7 @@ def test_frames_are_turned_without_mirroring(vectors):
     assert np.linalg.det(ned(np.eye(3))) == pytest.approx(1.0)
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(heading=st.floats(-20.0, 20.0), t=st.floats(0.0, 3.0))
 def test_a_setpoint_is_the_manoeuvre_at_its_time(heading, t):
     made = decision()

@@ -5,7 +5,8 @@ from types import SimpleNamespace as Message
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings, strategies as st
+from draws import examples
+from hypothesis import given, strategies as st
 from ros_messages import (
     about,
     an_object,
@@ -107,7 +108,7 @@ def test_obstacles_of_costmap_converter_have_corners_in_their_frame():
     assert np.allclose(area.velocity, (np.cos(0.7), np.sin(0.7)))
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(
     seed=st.integers(0, 10**6),
     size=st.tuples(st.integers(1, 25), st.integers(1, 25)),

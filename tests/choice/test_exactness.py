@@ -26,8 +26,15 @@ from slalom import (
 from slalom.model.response import RESPONSES
 from slalom.model.shape import SHAPES as SERVED, round_shape
 
-CHUNKS = [*draws((2, k) for k in range(80)), *draws((3, k) for k in range(20))]
-PER_CHUNK = 25
+
+def chunks(d: int, scenes: int) -> list:
+    """Dimension and numbers of the scenes of each chunk; the first one is small."""
+    return draws(
+        (d, numbers) for numbers in [range(10), range(10, 25), *(range(k, k + 25) for k in range(25, scenes, 25))]
+    )
+
+
+CHUNKS = [*chunks(2, 2000), *chunks(3, 500)]
 
 SAFE = -1e-6  # [m] least true clearance of a choice
 FREE = 1e-5  # [m] clearance of a control that no better choice may have
@@ -37,11 +44,11 @@ GRAZING = 1e-4  # [m] within which the time of first contact is open
 CONTACT_TIME = 1e-3  # [s]
 
 
-@pytest.fixture(scope="module", params=CHUNKS, ids=lambda chunk: f"{chunk[0]}d-{chunk[1]}")
+@pytest.fixture(scope="module", params=CHUNKS, ids=lambda chunk: f"{chunk[0]}d-{chunk[1].start}")
 def chunk(request):
     """Scenes, made once for all tests of the chunk."""
-    d, k = request.param
-    return [scene(number, d) for number in range(k * PER_CHUNK, (k + 1) * PER_CHUNK)]
+    d, numbers = request.param
+    return [scene(number, d) for number in numbers]
 
 
 def check_choice(s):

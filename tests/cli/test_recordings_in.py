@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from commands import Say, saying
 from draws import draws
-from test_formats import RECORDED, SAMPLES, WALK, recorded
+from recording_formats import RECORDED, SAMPLES, WALK, recorded
 
 from slalom import FORESIGHTS, METHODS, Ball, Circular, Disc, Limits, Obstacle, Rectangle, State, Stationary, method
 from slalom.cli.options import Crossing, Reading

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from draws import draws
+from draws import draws, draws_of
 from motion import drive
 from parts import disc_or_ball
 
@@ -274,7 +274,7 @@ def test_impact(d: int, method: str) -> None:
 
 @pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize("d", PLANES)
-@pytest.mark.parametrize("offset", [0.0, 1e-9, 0.7])
+@pytest.mark.parametrize("offset", draws([0.0, 1e-9, 0.7]))
 def test_escaping(offset: float, d: int, method: str) -> None:
     """From inside an obstacle, even from its very centre, the robot leaves, and then it drives on."""
     robot, obstacle = navigator(d, method), rock(d, 2.0, 0.0, -offset)
@@ -340,7 +340,7 @@ def test_each_obstacle_counts_until_its_own_horizon() -> None:
     assert replace(robot, horizons=SafeTime(0.5)).decide(state, [wall], far).outcome is Outcome.CLEAR
 
 
-@pytest.mark.parametrize("speed", [2.0, 6.0, 8.0])
+@pytest.mark.parametrize("speed", draws([8.0, 2.0, 6.0]))
 @pytest.mark.parametrize("max_acceleration", [1.0, 4.0])
 def test_the_safe_time_is_long_enough_to_stop(speed: float, max_acceleration: float) -> None:
     """Towards a wall that is in the way of everything, seen only when it matters: the robot stops before it."""
@@ -520,7 +520,7 @@ def test_among_rocks_every_outcome_is_safe(d: int) -> None:
 BOUNDED = (HalfSpace((-1, 0), 0.2),), (HalfSpace((0, 1), 1.0),)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", draws_of({name: name for name in METHODS}, "nao", "nao_ahead", "vo"))
 @pytest.mark.parametrize("d", PLANES)
 def test_limits_are_obeyed_at_every_step(d: int, method: str) -> None:
     """Whatever the outcome."""
@@ -537,7 +537,7 @@ def test_bounds_are_obeyed_at_every_step(method: str) -> None:
     assert recording.accelerations[..., 1].max() <= 1.0 + 1e-8
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", draws_of({name: name for name in METHODS}, "nao", "vo"))
 @pytest.mark.parametrize("d", PLANES)
 def test_a_robot_that_is_too_fast_brakes(d: int, method: str) -> None:
     """It never gets faster, and after some seconds it obeys; full braking would take one."""

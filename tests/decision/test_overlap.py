@@ -5,7 +5,8 @@ Also where others leave it no safe control.
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from draws import draws, examples
+from hypothesis import given, strategies as st
 from motion import drive
 from parts import disc_or_ball
 
@@ -74,7 +75,7 @@ def surrounded(draw: st.DrawFn, d: int) -> tuple[State, list[Obstacle]]:
 
 @pytest.mark.parametrize("method", ["vo", "avo", "nao"])
 @pytest.mark.parametrize("d", [2, 3])
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(st.data())
 def test_no_deeper_within_the_period(d: int, method: str, data: st.DataObject) -> None:
     """Rest gets no deeper. So a control that does is never needed where nothing arrives within the period."""
@@ -97,7 +98,7 @@ STOP = 1.9
 
 
 @pytest.mark.parametrize("method", ["vo", "avo", "nao"])
-@pytest.mark.parametrize("depth", [SHALLOWEST, 1e-3, 0.1])
+@pytest.mark.parametrize("depth", draws([0.1, SHALLOWEST, 1e-3]))
 @pytest.mark.parametrize("shape", [Disc(RADIUS), Rectangle(0.7, 2.0 * RADIUS)], ids=["disc", "rectangle"])
 def test_bodies_that_approach_press_no_robot_into_a_wall(shape: Shape, depth: float, method: str) -> None:
     """Each step predicts that they go on, and with most methods no control is clear of all of them then."""
@@ -142,7 +143,7 @@ def depths(shape: Shape, state: State) -> np.ndarray:
 
 @pytest.mark.parametrize("method", ["vo", "avo", "nao"])
 @pytest.mark.parametrize("shape", [Disc(RADIUS), Rectangle(2.0 * RADIUS, 2.0 * RADIUS)], ids=["disc", "square"])
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(
     st.tuples(*[st.sampled_from([-0.01, 0.0, 0.005, 0.02, 0.1])] * 2),
     st.tuples(st.floats(0.0, 0.4), st.floats(0.0, 0.4)),
@@ -187,9 +188,9 @@ ON_IT = {"on it": (0.0, 0.0), "beside it": (0.05, 0.0), "in front": (0.25, 0.1),
 """Positions [m] from the robot of a body that moves with it: perception that reports the robot itself, a load."""
 
 
-@pytest.mark.parametrize("method", ["vo", "avo", "ao", "nao"])
-@pytest.mark.parametrize("place", ON_IT)
-@pytest.mark.parametrize("radius", [0.3, 0.6])
+@pytest.mark.parametrize("method", draws(["nao", "avo", "vo", "ao"], 2))
+@pytest.mark.parametrize("place", draws(ON_IT, 2))
+@pytest.mark.parametrize("radius", draws([0.3, 0.6]))
 def test_a_body_that_moves_with_the_robot_presses_it_into_no_wall(radius: float, place: str, method: str) -> None:
     """Every way out is predicted to get deeper into the body, since it keeps the velocity of the robot."""
     robot, goal = Navigator(METHODS[method], Disc(RADIUS), Limits(1.5, 1.0)), Goal(Stationary((2.0, 0.0)), stop=True)
@@ -205,7 +206,7 @@ def test_a_body_that_moves_with_the_robot_presses_it_into_no_wall(radius: float,
 
 @pytest.mark.parametrize("same_target", [False, True])
 @pytest.mark.parametrize("name", ["nao", "nao_shared", "rvo", "vo"])
-@pytest.mark.parametrize("count", [2, 3, 5])
+@pytest.mark.parametrize("count", draws([3, 2, 5]))
 def test_robots_at_one_position_leave_it_in_different_directions(count: int, name: str, same_target: bool) -> None:
     """They have no direction from each other."""
     angles = 2.0 * np.pi * np.arange(count) / count

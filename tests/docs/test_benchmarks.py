@@ -264,19 +264,22 @@ def test_a_try_is_the_sum_of_its_runs() -> None:
     assert best_settings.summed([runs[0], "horizon: expected more"]).refused == "horizon: expected more"
 
 
-def test_best_settings_are_written_and_printed_as_a_row(tmp_path: Path) -> None:
+def test_best_settings_are_written_and_printed_as_a_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Lines of other methods stay in the file; the printed row is that of a study, with settings of each method."""
     file, tokens = tmp_path / "new" / "best.csv", ["--quick", "--scenario", "head_on", "--set", "duration=1"]
     for methods in (["vo", "dwa"], ["vo", "nao"]):
-        done = called(FOLDER / "best_settings.py", *tokens, "--methods", *methods, "--out", file)
-        assert done.returncode == 0, done.stderr
+        capsys.readouterr()
+        monkeypatch.setattr(sys, "argv", ["best_settings.py", *tokens, "--methods", *methods, "--out", str(file)])
+        best_settings.main()
     with file.open(newline="") as text:
         rows = list(csv.DictReader(text))
     assert [row["method"] for row in rows] == ["dwa"] * 6 + ["vo"] * 4
     assert {row["scenario"] for row in rows} == {"head_on duration=1"}
     assert {row["runs"] for row in rows} == {"2"}
     study = tmp_path / "study.yaml"
-    study.write_text("seeds: 1\nscenarios:\n" + "".join(f"{line}\n" for line in done.stdout.splitlines()))
+    study.write_text("seeds: 1\nscenarios:\n" + "".join(f"{line}\n" for line in capsys.readouterr().out.splitlines()))
     (row,) = read_study(study).rows
     assert row.methods == ["vo"]
     assert set(row.settings) == {"duration", "horizon", "patience", "margin"}

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 import pytest
-from test_recording import same_bits
+from recorded_runs import same_bits
 
 from slalom import (
     METHODS,

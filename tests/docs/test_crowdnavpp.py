@@ -67,6 +67,7 @@ def test_the_future_changes_no_step_before_it(tmp_path: Path) -> None:
     assert not np.array_equal(one[1][:count], other[1][:count])
 
 
+@pytest.mark.draw(2)
 def test_the_robot_obeys_the_rules_of_the_test(tmp_path: Path) -> None:
     """At most 1 m/s, 20 samples a second, no contact with anyone, from the start to the goal."""
     file = crowd(tmp_path / "case.npz")

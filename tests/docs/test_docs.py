@@ -1,37 +1,17 @@
 """What the documentation shows works: code blocks, examples, commands, links."""
 
 import re
+import runpy
 import shlex
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
+from pages import PAGES, ROOT, blocks
 
 from slalom.cli import DONE, app, call
 from slalom.sim import read_scenario
-
-ROOT = Path(__file__).parents[2]
-DOCS = ROOT / "docs"
-WRITTEN = [page for page in sorted(DOCS.rglob("*.md")) if DOCS / "generated" not in page.parents]
-PAGES = [*(ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG", "SECURITY")), *WRITTEN]
-TUTORIALS = [DOCS / "start.md", *sorted((DOCS / "tutorials").glob("*.md"))]
-"""Pages whose blocks follow each other; everywhere else each block runs alone."""
-BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
-
-
-def blocks(language: str) -> list[tuple[str, str]]:
-    """Page name and text of every fenced block of a language."""
-    found = []
-    for page in PAGES:
-        if page in TUTORIALS and language == "python":
-            found.append(
-                (page.name, "\n".join(text for name, text in BLOCK.findall(page.read_text()) if name == language))
-            )
-            continue
-        found += [(page.name, text) for name, text in BLOCK.findall(page.read_text()) if name == language]
-    return found
 
 
 @pytest.mark.parametrize(("page", "code"), blocks("python"))
@@ -63,7 +43,20 @@ def examples() -> list[Any]:
 
 
 @pytest.mark.parametrize("example", examples())
-def test_examples_run(example):
+def test_examples_run(example, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(sys, "argv", [str(example)])
+    code = None
+    try:
+        runpy.run_path(str(example), run_name="__main__")
+    except SystemExit as end:  # Without packages that it needs.
+        code = end.code
+    assert not code
+    assert capsys.readouterr().out.strip()
+
+
+def test_an_example_is_a_program():
+    example = ROOT / "examples" / "01_one_decision.py"
     done = subprocess.run([sys.executable, example], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()

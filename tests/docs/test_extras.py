@@ -34,6 +34,16 @@ class Hidden:
 sys.meta_path.insert(0, Hidden())
 """
 """A program whose later imports do not find some packages."""
+CALLS = """
+import contextlib, io
+from slalom.cli import call
+
+for words in {calls}:
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        code = call(words)
+    print(code, said.getvalue().removesuffix("\\n").replace("\\n", "; "), file=sys.stderr)
+"""
+"""A program that makes several calls of the command line, and writes the code and the errors of each in a line."""
 
 
 def package_of(requirement: str) -> str:
@@ -81,20 +91,18 @@ def test_the_command_without_its_packages_names_the_extra() -> None:
 
 def test_the_command_works_without_figures() -> None:
     """What needs them says so before it begins."""
-    call = "from slalom.cli import call\nimport sys\nsys.exit(call({words}))"
+    calls = {
+        "list": "0 ",
+        "run empty --set duration=0.2": "1 .*",
+        "run empty --figure a.svg": "2 slalom.view: expected .*slalom\\[view\\]'`, found no contourpy",
+        "view empty": "2 view: expected .*slalom\\[view\\]'`, found no starlette",
+        "reproduce": "2 reproduce: expected .*slalom\\[view\\]'`, found no (matplotlib|contourpy)",
+    }
     names = {name.partition(".")[0] for name in packages("view") - packages("sim")}
-    for words, code, said in (
-        (["list"], 0, ""),
-        (["run", "empty", "--set", "duration=0.2"], 1, ""),
-        (["run", "empty", "--figure", "a.svg"], 2, "slalom.view: expected .*slalom\\[view\\]'`, found no contourpy\n"),
-        (["view", "empty"], 2, "view: expected .*slalom\\[view\\]'`, found no starlette\n"),
-        (["reproduce"], 2, "reproduce: expected .*slalom\\[view\\]'`, found no (matplotlib|contourpy)\n"),
-    ):
-        program = HIDE.format(names=names) + call.format(words=words)
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-        assert done.returncode == code, (words, done.stderr)
-        if said:
-            assert re.fullmatch(said, done.stderr)
+    program = HIDE.format(names=names) + CALLS.format(calls=[words.split() for words in calls])
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    for line, expected in zip(done.stderr.splitlines(), calls.values(), strict=True):
+        assert re.fullmatch(expected, line)
 
 
 def test_a_missing_module_is_found_without_an_import(monkeypatch: pytest.MonkeyPatch) -> None:

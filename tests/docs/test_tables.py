@@ -1,5 +1,6 @@
 """Tables of results in README and docs: they are what their kept runs give, which the present code gives again."""
 
+import csv
 import json
 import os
 import re
@@ -17,6 +18,7 @@ ROOT = Path(__file__).parents[2]
 PEERS = Path(os.environ.get("SLALOM_DATA", ROOT.parent / "shared" / "data")) / "peers"
 sys.path.insert(0, str(ROOT / "tools"))
 
+import study_chart  # noqa: E402
 import tables  # noqa: E402
 
 ROWS = [
@@ -56,7 +58,8 @@ def test_every_seed_of_every_row_was_run(table: tables.Table) -> None:
     assert [(run["scenario"], run["method"], run["seed"]) for run in tables.kept(table)] == expected
 
 
-@pytest.mark.parametrize(("table", "row", "method"), turn(ROWS))
+@pytest.mark.slow
+@pytest.mark.parametrize(("table", "row", "method"), ROWS)
 def test_two_runs_of_a_row_give_the_same_again(table: tables.Table, row: Row, method: str) -> None:
     """Two seeds, others with each commit."""
     installed(method)
@@ -72,13 +75,15 @@ def test_a_page_without_a_place_is_refused() -> None:
         tables.with_table("# A page\n", table, "| a |")
 
 
+KEPT = {study.name: {(run["scenario"], run["method"]) for run in tables.kept(study)} for study in tables.STUDIES}
+"""Scenario and method of the rows with kept runs, by study."""
 STUDY_ROWS = [
     pytest.param(study, row, method, id=f"{study.name} {tables.scenario_text(row)} {method}")
     for study in tables.STUDIES
     for row in study.rows
     for method in row.methods
     if row.settings.get("robots", 0) <= 20
-    if (tables.scenario_text(row), method) in {(run["scenario"], run["method"]) for run in tables.kept(study)}
+    if (tables.scenario_text(row), method) in KEPT[study.name]
 ]
 
 
@@ -86,12 +91,58 @@ STUDY_ROWS = [
 @pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
 def test_a_page_of_a_study_is_that_of_its_runs(study: tables.StudyPage) -> None:
     """Title, text, command and every row with kept runs. All other rows name the version that made them."""
-    text, runs = (ROOT / study.page).read_text(), tables.kept(study)
-    assert study.written(text, runs) == text
+    runs = tables.kept(study)
+    files = study.files(runs)
+    assert {path: path.read_text() for path in files} == files
     expected = [(tables.scenario_text(row), method) for row in study.rows for method in row.methods]
-    lines = [line for line in text.splitlines() if line.startswith("| ")][1:]
     made = {(run["scenario"], run["method"]) for run in runs}
-    assert ["slalom" not in line.split(" | ")[3] for line in lines] == [key in made for key in expected]
+    assert ["slalom" not in row["runs"] for row in rows_of(study)] == [key in made for key in expected]
+
+
+def rows_of(study: tables.StudyPage) -> list[dict[str, str]]:
+    """All rows of a study by heading, from its page or from the file of all rows beside it."""
+    if study.main is not None:
+        return list(csv.DictReader(study.whole.read_text().splitlines()))
+    heads, *lines = [
+        line[2:-2].split(" | ") for line in (ROOT / study.page).read_text().splitlines() if line[:2] == "| "
+    ]
+    return [dict(zip(heads, line)) for line in lines]
+
+
+@pytest.mark.parametrize("study", [study for study in tables.STUDIES if study.main], ids=lambda study: study.name)
+def test_a_page_with_a_chart_has_the_main_rows(study: tables.StudyPage) -> None:
+    """As in the file of all rows, which it names, with every scenario and method that is a main one."""
+    text = (ROOT / study.page).read_text()
+    heads, *lines = [line[2:-2].split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    rows, (scenarios, methods) = rows_of(study), study.main
+    main = [list(row.values()) for row in rows if row["scenario"] in scenarios and row["method"] in methods]
+    assert heads == list(rows[0])
+    assert lines == main
+    assert ({line[0] for line in lines}, {line[1] for line in lines}) == (set(scenarios), set(methods))
+    assert f"]({study.name}.csv)" in text
+    assert f"](images/{study.chart.name})" in text
+    assert study.chart.read_text().startswith("<?xml")
+
+
+def test_the_chart_shows_success_and_last_arrival() -> None:
+    """Of the scenarios with runs of both nao_shared and orca; without guidance as methods of their own."""
+    heads = ("scenario", "method", "runs", "success", "last arrival s")
+    rows = [
+        ("ring", "nao_shared", "4", "4 (51-100 %)", "8.0 (7.5-8.5)"),
+        ("ring guided=0", "nao_shared", "1, deterministic", "0", "-"),
+        ("ring", "orca", "4", "1 (5-70 %)", "9.5"),
+        ("door robots=2", "nao_shared", "1", "1 (21-100 %)", "3.0"),
+    ]
+    drawn = [dict(zip(heads, row)) for row in rows]
+    assert study_chart.cells(drawn) == {
+        ("ring", "nao_shared"): (100.0, "8.0"),
+        ("ring", "nao_shared, not guided"): (0.0, "-"),
+        ("ring", "orca"): (25.0, "9.5"),
+    }
+    axes = study_chart.chart(drawn).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("method", "scenario")
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["nao_shared", "orca", "nao_shared, not guided"]
+    assert [text.get_text() for text in axes.texts] == ["8.0", "9.5", "-"]
 
 
 @pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
@@ -156,8 +207,8 @@ def test_two_runs_of_a_row_of_a_study_give_the_same_again(study: tables.StudyPag
 
 def test_deterministic_rows_of_a_study_have_no_intervals() -> None:
     """Without intervals where there is one distinct run, with them elsewhere."""
-    lines = [line for line in (ROOT / "docs" / "fleets.md").read_text().splitlines() if line.startswith("| circle")]
-    assert len(lines) >= 40
+    lines = (ROOT / "docs" / "fleets.csv").read_text().splitlines()[1:]
+    assert sum("circle" in line for line in lines) >= 40
     for line in lines:
         assert ("deterministic" in line) == ("noise=0" in line) == ("%)" not in line), line
 

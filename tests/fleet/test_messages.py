@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from draws import draws
-from hypothesis import given, settings, strategies as st
+from draws import draws, examples
+from hypothesis import given, strategies as st
 
 from slalom import METHODS, Disc, Goal, Limits, Outcome, State, Stationary, Union
 from slalom.forecast.forecast import FORECASTS, AcceleratingBriefly
@@ -202,7 +202,7 @@ def test_robots_that_see_badly_pass_each_other(seed):
 
 
 @pytest.mark.parametrize("name", [name for name in FORECASTS if name not in ("known", "constant_turn")])
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(state=st.lists(st.floats(-5.0, 5.0), min_size=6, max_size=6))
 def test_forecasts_as_tables(name, state):
     forecast = FORECASTS[name]

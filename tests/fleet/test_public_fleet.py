@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from draws import draws, draws_of
 from fleets import fleet_of, swap
 from parts import disc_or_ball
 
@@ -135,11 +136,12 @@ def test_a_copy_of_a_fleet_goes_on_equal_to_the_bit(guided: bool, how: str) -> N
     np.testing.assert_array_equal(one, other)
 
 
-def test_guided_robots_that_would_block_each_other_arrive() -> None:
+@pytest.mark.parametrize("robots", draws([12, 30]))
+def test_guided_robots_that_would_block_each_other_arrive(robots: int) -> None:
     """Without a contact; and then at new targets beyond the first ones, around a wall."""
     wall = Obstacle(Polyline([(-12.0, 14.0), (12.0, 14.0)]), Stationary((0.0, 0.0)))
-    starts, targets = swap(30, 7.0)
-    fleet = Fleet(METHODS["nao_shared"], Disc(0.3), Limits(1.5, 2.0), robots=30, obstacles=[wall], guided=True)
+    starts, targets = swap(robots, 7.0)
+    fleet = Fleet(METHODS["nao_shared"], Disc(0.3), Limits(1.5, 2.0), robots=robots, obstacles=[wall], guided=True)
     path, velocities = drive(fleet, starts, targets, 350)
     assert np.linalg.norm(path[-1] - targets, axis=1).max() < 0.3
     beyond = targets + np.array([0.0, 24.0])
@@ -254,7 +256,7 @@ def test_a_robot_among_moving_obstacles_has_the_bits_of_the_navigator() -> None:
 
 
 @pytest.mark.parametrize("name", ["nao", "rvo", "vo"])
-@pytest.mark.parametrize("shape", [Disc(0.3), Rectangle(0.7, 0.4)], ids=["disc", "rectangle"])
+@pytest.mark.parametrize("shape", draws_of({"rectangle": Rectangle(0.7, 0.4), "disc": Disc(0.3)}, "rectangle"))
 @pytest.mark.parametrize("walled", [False, True], ids=["open", "walled"])
 def test_navigators_that_observe_the_others_are_the_fleet(name: str, shape: Disc | Rectangle, walled: bool) -> None:
     """One policy: each robot decides among observed discs as a fleet does, with share, margin, regain and stops."""

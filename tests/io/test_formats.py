@@ -1,20 +1,20 @@
 """Recorded tracks in every format: the same rows give the same tracks, the same repairs and the same refusals.
 
-Each format has a sample here that writes rows of (tick, agent, x, y); what must hold of all is tested on all.
+Each format has a sample that writes rows of (tick, agent, x, y); what must hold of all is tested on all.
 """
 
 import json
 import math
-import os
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from draws import examples
+from hypothesis import given, strategies as st
+from recording_formats import RECORDED, SAMPLES, WALK, Row, geocentric, recorded, write_database
 
 from slalom import ConstantVelocity, InvalidFile, InvalidInput, Sampled
 from slalom.io.formats import FORMATS, read_recording, write_recording
@@ -22,159 +22,6 @@ from slalom.io.recorded import Agent, RecordedTracks, tracks_at
 from slalom.io.table import read_tracks, sample_data
 from slalom.io.vehicles import project
 
-RECORDED = Path(os.environ.get("SLALOM_DATA", Path(__file__).parents[3] / "shared" / "data"))
-recorded = pytest.mark.skipif(not RECORDED.is_dir(), reason=f"no recordings at {RECORDED}: they are not part of slalom")
-
-Row = tuple[int, int, float, float]
-"""Tick, agent, x, y."""
-
-WALK: list[Row] = [
-    *((k, 7, 0.5 * k, 1.0 + 0.25 * k * k / 16) for k in range(9)),
-    *((k, 12, 5.0, 8.0 - 0.5 * k) for k in (2, 3, 5, 6, 8, 11)),
-    *((k, 3, -1.0 + 0.125 * k, 2.0) for k in (20, 21, 22)),
-]
-"""Three agents that appear and vanish, one at irregular times; in the order of the agents."""
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# A sample of each format.
-
-
-class Sample(NamedTuple):
-    """How a format writes rows.
-
-    Attributes:
-        name: of the file. tick: [s] between ticks. write: a file from rows; what it returns are the places of the rows.
-        bad: a row that makes a cell that is no number. settings: of the reader. exact: [m] how well places are kept.
-    """
-
-    name: str
-    tick: float
-    write: Callable[[Path, Sequence[Row]], list[str]]
-    bad: Row = (1, 7, math.nan, 0.0)
-    settings: dict[str, object] = {}  # noqa: RUF012
-    exact: float = 0.0
-
-
-def in_lines(path: Path, head: Sequence[str], lines: Sequence[str]) -> list[str]:
-    """Write lines under a head."""
-    path.write_text("\n".join([*head, *lines]) + "\n")
-    return [f"{path}:{k}" for k in range(len(head) + 1, len(head) + len(lines) + 1)]
-
-
-def write_csv(path: Path, rows: Sequence[Row]) -> list[str]:
-    return in_lines(path, ["t,id,x,y"], [f"{0.1 * k!r},{agent},{x!r},{y!r}" for k, agent, x, y in rows])
-
-
-def write_eth(path: Path, rows: Sequence[Row]) -> list[str]:
-    return in_lines(path, [], [f"{10 * k}.0\t{agent}.0\t{x!r}\t{y!r}" for k, agent, x, y in rows])
-
-
-def write_trajnet(path: Path, rows: Sequence[Row]) -> list[str]:
-    scene = {"scene": {"id": 0, "p": 7, "s": 0, "e": 220, "fps": 2.5, "tag": 0}}
-    lines = [json.dumps({"track": {"f": 10 * k, "p": agent, "x": x, "y": y}}) for k, agent, x, y in rows]
-    return in_lines(path, [json.dumps(scene)], lines)
-
-
-def write_pedpy(path: Path, rows: Sequence[Row]) -> list[str]:
-    head = ["# description: made here", "# framerate: 25.00 fps", "#id frame x/m y/m z/m"]
-    return in_lines(path, head, [f"{agent} {k} {x!r} {y!r} 1.75" for k, agent, x, y in rows])
-
-
-def write_database(path: Path, rows: Sequence[Row], said: Sequence[tuple[str, object]] = (("fps", 25),)) -> list[str]:
-    path.unlink(missing_ok=True)
-    with closing(sqlite3.connect(path)) as base, base:
-        base.execute("CREATE TABLE metadata (key TEXT, value TEXT)")
-        base.executemany("INSERT INTO metadata VALUES (?, ?)", said)
-        base.execute("CREATE TABLE trajectory_data (frame, id, pos_x, pos_y, ori_x, ori_y)")
-        base.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, 1, 0)", rows)
-    return [f"{path}: trajectory_data row {k}" for k in range(1, len(rows) + 1)]
-
-
-def write_drone(path: Path, rows: Sequence[Row]) -> list[str]:
-    path.with_name("07_recordingMeta.csv").write_text("recordingId,locationId,frameRate\n7,1,25\n")
-    path.with_name("07_tracksMeta.csv").write_text("recordingId,trackId,class\n7,7,car\n7,12,pedestrian\n")
-    head = "recordingId,trackId,frame,trackLifetime,xCenter,yCenter,heading,width,length,xVelocity"
-    lines = [f"7,{a},{k},0,{x!r},{y!r},90.0,{0 if a == 12 else 1.8},{0 if a == 12 else 4.5},0" for k, a, x, y in rows]
-    return in_lines(path, [head], lines)
-
-
-def write_interaction(path: Path, rows: Sequence[Row]) -> list[str]:
-    head = "track_id,frame_id,timestamp_ms,agent_type,x,y,vx,vy,psi_rad,length,width"
-    return in_lines(path, [head], [f"{a},{k},{100 * k},car,{x!r},{y!r},0,0,,4.5,1.8" for k, a, x, y in rows])
-
-
-def write_commonroad(path: Path, rows: Sequence[Row]) -> list[str]:
-    """Version 2020a; each state stands in one line, obstacle by obstacle, the first before the trajectory."""
-    places, lines = {}, ['<?xml version="1.0"?>', '<commonRoad commonRoadVersion="2020a" timeStepSize="0.1">']
-    for agent in dict.fromkeys(row[1] for row in rows):
-        lines += [f'<dynamicObstacle id="{agent}">', "<type>car</type>", "<shape><rectangle><length>4.5</length>"]
-        lines += ["<width>1.8</width></rectangle></shape>"]
-        tag = "initialState"
-        for j, (k, _, x, y) in ((j, row) for j, row in enumerate(rows) if row[1] == agent):
-            point = f"<position><point><x>{x!r}</x><y>{y!r}</y></point></position>"
-            lines.append(f"<{tag}>{point}<time><exact>{k}</exact></time></{tag}>")
-            places[j] = f"{path}:{len(lines)}"
-            lines += ["<trajectory>"] if tag == "initialState" else []
-            tag = "state"
-        lines += ["</trajectory></dynamicObstacle>"]
-    path.write_text("\n".join([*lines, "</commonRoad>"]) + "\n")
-    return [places[j] for j in range(len(rows))]
-
-
-def geocentric(p: float, q: float, h: float) -> np.ndarray:
-    """X, Y, Z [m] of a latitude, a longitude [rad] and a height above the WGS 84 ellipsoid, from its two axes."""
-    a, b = 6378137.0, 6378137.0 * (1.0 - 1.0 / 298.257223563)
-    n = a * a / math.hypot(a * math.cos(p), b * math.sin(p))
-    away = (n + h) * math.cos(p)
-    return np.array([away * math.cos(q), away * math.sin(q), (b * b / (a * a) * n + h) * math.sin(p)])
-
-
-ORIGIN = (37.81, -122.4)
-
-
-def unprojected(x: float, y: float, height: float) -> tuple[float, float]:
-    """Latitude and longitude [degree] of the place at this height that lies x east and y north of ORIGIN."""
-    p0, q0 = np.radians(ORIGIN)
-    east = np.array([-math.sin(q0), math.cos(q0), 0.0])
-    north = np.array([-math.sin(p0) * math.cos(q0), -math.sin(p0) * math.sin(q0), math.cos(p0)])
-    p, q = p0, q0
-    for _ in range(8):
-        apart = geocentric(p, q, height) - geocentric(p0, q0, 0.0)
-        p, q = p + (y - apart @ north) / 6.36e6, q + (x - apart @ east) / (6.38e6 * math.cos(p0))
-    return math.degrees(p), math.degrees(q)
-
-
-def write_ais(path: Path, rows: Sequence[Row]) -> list[str]:
-    head = "MMSI,BaseDateTime,LAT,LON,SOG,VesselName,VesselType,Length,Width"
-    lines = []
-    for k, agent, x, y in rows:
-        lat, lon = (math.nan, 0.0) if math.isnan(x) else unprojected(x, y, 0.0)
-        time = f"2022-01-03T00:{10 * k // 60:02}:{10 * k % 60:02}" if not math.isnan(x) else "at noon"
-        lines.append(f'{agent},{time},{lat!r},{lon!r},5.9,"SMITH, JONES",70,40,')
-    return in_lines(path, [head], lines)
-
-
-def write_adsb(path: Path, rows: Sequence[Row]) -> list[str]:
-    lines = []
-    for k, agent, x, y in rows:
-        lat, lon = (math.nan, 0.0) if math.isnan(x) else unprojected(x, y, 300.0)
-        lines.append(f"{k if lat == lat else 'noon'},{agent},{lat!r},{lon!r},90.0,250,300.0")
-    return in_lines(path, ["time,icao24,lat,lon,velocity,baroaltitude,geoaltitude"], lines)
-
-
-SAMPLES = {
-    "csv": Sample("a.csv", 0.1, write_csv),
-    "eth_ucy": Sample("a.txt", 0.4, write_eth),
-    "trajnet": Sample("a.ndjson", 0.4, write_trajnet),
-    "pedpy": Sample("a.txt", 0.04, write_pedpy),
-    "jupedsim": Sample("a.sqlite", 0.04, write_database),
-    "drone": Sample("07_tracks.csv", 0.04, write_drone),
-    "interaction": Sample("a.csv", 0.1, write_interaction),
-    "commonroad": Sample("a.xml", 0.1, write_commonroad),
-    "ais": Sample("a.csv", 10.0, write_ais, settings={"origin": ORIGIN, "epoch": "2022-01-03"}, exact=1e-6),
-    "adsb": Sample("a.csv", 1.0, write_adsb, settings={"origin": ORIGIN, "epoch": 0.0}, exact=1e-6),
-}
 ALL = pytest.mark.parametrize("name", FORMATS)
 
 
@@ -433,7 +280,7 @@ def recordings(draw: st.DrawFn) -> tuple[RecordedTracks, float]:
 
 
 @OUT
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(recording=recordings())
 def test_what_is_written_is_read(name: str, recording: tuple[RecordedTracks, float], tmp_path_factory) -> None:
     """Positions to the bit; times to rounding, in CSV to the bit."""
@@ -776,7 +623,7 @@ def test_other_scenarios_are_refused(old: str, new: str, message: str, tmp_path:
 # Latitude and longitude.
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(
     origin=st.tuples(st.floats(-89, 89), st.floats(-180, 180), st.floats(-100, 9000)),
     places=st.lists(

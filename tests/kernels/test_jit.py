@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from test_docs import blocks
+from pages import blocks
 
 from slalom import kernels
 from slalom.kernels import jit

@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 QUARTERS = 4
+USUAL_EXAMPLES = 15
+"""Examples of a property in the profile of all draws, see tests/conftest.py."""
 
 
 def draws(values: Iterable[Any], first: int = 1) -> list[Any]:
@@ -33,6 +36,11 @@ def draws_of(named: dict[str, Any], *first: str) -> list[Any]:
     """The same of values with names, which become ids: those named `first` run always."""
     names = [*first, *(name for name in named if name not in first)]
     return draws([pytest.param(named[name], id=name) for name in names], len(first))
+
+
+def examples(count: int) -> settings:
+    """Settings of a property with `count` examples, and with fewer of them where only the first draws run."""
+    return settings(max_examples=max(1, count * settings.default.max_examples // USUAL_EXAMPLES), deadline=None)
 
 
 def quarters(setting: str) -> frozenset[int] | None:

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from unittest.mock import patch
 
 import numpy as np
-from ros_messages import OF_ADAPTERS
+from ros_messages import OF_ADAPTERS, without_rosbags
 
 from slalom import (
     Acceleration,
@@ -253,36 +253,20 @@ def in_sumo(robot: object, period: float) -> Callable[[Path], object]:
     return made
 
 
-OF_CALIBRATION: list[tuple[str, str, Callable[[Path], object]]] = [
-    (
-        "ExpectedLoss.__post_init__",
-        "margins: expected one or more, found none",
-        lambda _: ExpectedLoss(LookAhead(Navigator(method("nao_ahead"), Disc(1.0), Limits(1.0, 1.0))), ()),
+OF_CALIBRATION: dict[str, Callable[[Path], object]] = {
+    "margins: expected one or more, found none": lambda _: ExpectedLoss(
+        LookAhead(Navigator(method("nao_ahead"), Disc(1.0), Limits(1.0, 1.0))), ()
     ),
-    (
-        "ExpectedLoss.__post_init__",
-        r"shares: expected 1 numbers from 0 to 1, found \[2.0\]",
-        lambda _: ExpectedLoss(LookAhead(Navigator(method("nao_ahead"), Disc(1.0), Limits(1.0, 1.0))), (0.1,), (2.0,)),
+    r"shares: expected 1 numbers from 0 to 1, found \[2.0\]": lambda _: ExpectedLoss(
+        LookAhead(Navigator(method("nao_ahead"), Disc(1.0), Limits(1.0, 1.0))), (0.1,), (2.0,)
     ),
-    (
-        "AvoidingCrowd.predict",
-        "tracks: expected them in the plane, found dimension 3",
-        lambda _: AvoidingCrowd(0.25).predict(Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
+    "tracks: expected them in the plane, found dimension 3": lambda _: AvoidingCrowd(0.25).predict(
+        Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)
     ),
-    ("AvoidingCrowd.predict", "tracks.t: expected a time after 2 s", crowd_again),
-    ("fraction", r"confidence: expected a number between 0 and 1", lambda _: Calibration(1.0)),
-    (
-        "Calibration.__post_init__",
-        r"leads: expected increasing prediction times, found \[1.0, 0.5\]",
-        lambda _: Calibration(0.9, (1.0, 0.5)),
-    ),
-    ("Calibration.observe", r"tracks.t: expected a time after 2 s", observed_again),
-    (
-        "enclosing_error",
-        r"radii: expected some of at least 0 m, found \[-1.0\]",
-        lambda _: enclosing_error([1.0], [-1.0]),
-    ),
-]
+    r"confidence: expected a number between 0 and 1": lambda _: Calibration(1.0),
+    r"leads: expected increasing prediction times, found \[1.0, 0.5\]": lambda _: Calibration(0.9, (1.0, 0.5)),
+    r"radii: expected some of at least 0 m, found \[-1.0\]": lambda _: enclosing_error([1.0], [-1.0]),
+}
 """Of calibrated radii."""
 
 
@@ -310,71 +294,39 @@ def in_a_box(kinds: SimpleNamespace) -> object:
     return kinds.RobotEnv(replace(SCENE, robots=(replace(ROBOT, shape=Rectangle(1.0, 1.0)),)))
 
 
-OF_GYM: list[tuple[str, str, Callable[[Path], object]]] = [
-    (
-        "_segments",
-        r"obstacle 'b': expected a disc, a ball or walls at rest .*, found Rectangle on Stationary",
-        gym(lambda g: g.RobotEnv(replace(SCENE, obstacles=(Obstacle(Rectangle(1, 1), Stationary((9, 9)), "b"),)))),
+OF_GYM: dict[str, Callable[[Path], object]] = {
+    r"obstacle 'b': expected a disc, a ball or walls at rest .*, found Rectangle on Stationary": gym(
+        lambda g: g.RobotEnv(replace(SCENE, obstacles=(Obstacle(Rectangle(1, 1), Stationary((9, 9)), "b"),)))
     ),
-    (
-        "Worlds.load",
-        r"scenario: expected .* \(1, 2, 0\.1\) in every world, found \(2, 2, 0\.1\)",
-        gym(lambda g: g.RobotEnv(lambda seed: replace(SCENE, robots=PAIR) if seed else SCENE).reset()),
+    r"scenario: expected .* \(1, 2, 0\.1\) in every world, found \(2, 2, 0\.1\)": gym(
+        lambda g: g.RobotEnv(lambda seed: replace(SCENE, robots=PAIR) if seed else SCENE).reset()
     ),
-    (
-        "Worlds.load",
-        r"scenario: expected a world that does not repeat",
-        gym(lambda g: g.FleetEnv("navground_corridor")),
+    r"scenario: expected a world that does not repeat": gym(lambda g: g.FleetEnv("navground_corridor")),
+    r"robot\.shape: expected a disc or a ball, found Rectangle": gym(in_a_box),
+    r"scenario: expected one without limited sight, found blind_corner": gym(lambda g: g.RobotEnv("blind_corner")),
+    r"settings: expected none": gym(lambda g: g.RobotEnv(SCENE, settings={"dt": 0.2})),
+    r"scenario: expected a name, .* found 3": gym(lambda g: g.RobotEnv(3)),
+    r"options: expected 'scenario_seed' or an option of a wrapper, found 'scenrio_seed'; did you mean": gym(
+        lambda g: g.RobotEnv(SCENE).reset(options={"scenrio_seed": 1})
     ),
-    ("Worlds.load", r"robot\.shape: expected a disc or a ball, found Rectangle", gym(in_a_box)),
-    (
-        "Scenes.of_seed",
-        r"scenario: expected one without limited sight, found blind_corner",
-        gym(lambda g: g.RobotEnv("blind_corner")),
+    r"options\['scenario_seed'\]: expected a whole number, found 0\.5": gym(
+        lambda g: g.RobotEnv(SCENE).reset(options={"scenario_seed": 0.5})
     ),
-    ("Scenes.__init__", r"settings: expected none", gym(lambda g: g.RobotEnv(SCENE, settings={"dt": 0.2}))),
-    ("Scenes.__init__", r"scenario: expected a name, .* found 3", gym(lambda g: g.RobotEnv(3))),
-    (
-        "Scenes.begin",
-        r"options: expected 'scenario_seed' or an option of a wrapper, found 'scenrio_seed'; did you mean",
-        gym(lambda g: g.RobotEnv(SCENE).reset(options={"scenrio_seed": 1})),
+    r"step: expected a running episode": gym(lambda g: g.RobotEnv(SCENE).step(np.zeros(2))),
+    r"render_mode: expected none": gym(lambda g: g.RobotsEnv(2, SCENE, render_mode="human")),
+    r"seed: expected one or 2, found 3": gym(lambda g: g.RobotsEnv(2, SCENE).reset(seed=[1, 2, 3])),
+    r"step: expected running episodes": gym(lambda g: g.RobotsEnv(2, SCENE).step(np.zeros((2, 2)))),
+    r"scenario: expected the robots \['robot', 'robot 0'\], found": gym(
+        lambda g: g.FleetEnv(renamed).reset(options={"scenario_seed": 5})
     ),
-    (
-        "Scenes.begin",
-        r"options\['scenario_seed'\]: expected a whole number, found 0\.5",
-        gym(lambda g: g.RobotEnv(SCENE).reset(options={"scenario_seed": 0.5})),
+    r"actions: expected one of each of \[\], found \['x'\]": gym(lambda g: g.FleetEnv().step({"x": 0})),
+    r"env: expected a RobotEnv, possibly wrapped, found": gym(
+        lambda g: g.SafetyFilter(g.gymnasium.make("CartPole-v1"))
     ),
-    ("RobotEnv.__init__", r"scenario: expected one robot, found 2", gym(lambda g: g.RobotEnv(renamed))),
-    ("RobotEnv.step", r"step: expected a running episode", gym(lambda g: g.RobotEnv(SCENE).step(np.zeros(2)))),
-    ("RobotsEnv.__init__", r"render_mode: expected none", gym(lambda g: g.RobotsEnv(2, SCENE, render_mode="human"))),
-    ("RobotsEnv.__init__", r"scenario: expected one robot, found 2", gym(lambda g: g.RobotsEnv(2, renamed))),
-    (
-        "RobotsEnv.reset",
-        r"seed: expected one or 2, found 3",
-        gym(lambda g: g.RobotsEnv(2, SCENE).reset(seed=[1, 2, 3])),
+    r"env: expected a RobotsEnv, possibly wrapped, found": gym(
+        lambda g: g.VectorSafetyFilter(g.gymnasium.make_vec("CartPole-v1", num_envs=2))
     ),
-    ("RobotsEnv.step", r"step: expected running episodes", gym(lambda g: g.RobotsEnv(2, SCENE).step(np.zeros((2, 2))))),
-    (
-        "FleetEnv.reset",
-        r"scenario: expected the robots \['robot', 'robot 0'\], found",
-        gym(lambda g: g.FleetEnv(renamed).reset(options={"scenario_seed": 5})),
-    ),
-    (
-        "FleetEnv.step",
-        r"actions: expected one of each of \[\], found \['x'\]",
-        gym(lambda g: g.FleetEnv().step({"x": 0})),
-    ),
-    (
-        "SafetyFilter.__init__",
-        r"env: expected a RobotEnv, possibly wrapped, found",
-        gym(lambda g: g.SafetyFilter(g.gymnasium.make("CartPole-v1"))),
-    ),
-    (
-        "VectorSafetyFilter.__init__",
-        r"env: expected a RobotsEnv, possibly wrapped, found",
-        gym(lambda g: g.VectorSafetyFilter(g.gymnasium.make_vec("CartPole-v1", num_envs=2))),
-    ),
-]
+}
 """Of environments."""
 
 
@@ -395,322 +347,205 @@ def entry_point(point: str) -> Callable[[Path], object]:
 
 
 AIMED = replace(ROBOT, objective=FollowVelocity((0.0, 1.0)))
-OF_PARTS: list[tuple[str, str, Callable[[Path], object]]] = [
-    ("Registry._add", r"entry point 'a' of test\.refused: expected no_such:x to be .*", entry_point("a = no_such:x")),
-    ("Registry._add", r"entry point 'a' .*: expected no text, found 'json'", entry_point("a = json:__name__")),
-    ("Registry._add", r"entry point 'one' .*: expected a name that is free", entry_point("one = math:pi")),
-    ("Registry._add", r"entry point 'a' .*: expected the name of its part, .*'nao'", entry_point("a = refusals:NAO")),
-    ("contender", r"method: expected a method, such as method\('nao'\), or its name; found 3", lambda _: contender(3)),
-    (
-        "_decider_and_rows",
-        r"robot\.objective: expected none for nao with 2 robots, found",
-        lambda _: simulate(replace(SCENE, robots=(AIMED, PAIR[1])), NAO),
+OF_PARTS: dict[str, Callable[[Path], object]] = {
+    r"entry point 'a' of test\.refused: expected no_such:x to be .*": entry_point("a = no_such:x"),
+    r"entry point 'a' .*: expected no text, found 'json'": entry_point("a = json:__name__"),
+    r"entry point 'one' .*: expected a name that is free": entry_point("one = math:pi"),
+    r"entry point 'a' .*: expected the name of its part, .*'nao'": entry_point("a = refusals:NAO"),
+    r"method: expected a method, such as method\('nao'\), or its name; found 3": lambda _: contender(3),
+    r"robot\.objective: expected none for nao with 2 robots, found": lambda _: simulate(
+        replace(SCENE, robots=(AIMED, PAIR[1])), NAO
     ),
-    (
-        "Scenario.decider",
-        r"objective: expected none for nao_ahead, found",
-        lambda _: simulate(replace(SCENE, robots=(AIMED,)), "nao_ahead"),
+    r"objective: expected none for nao_ahead, found": lambda _: simulate(replace(SCENE, robots=(AIMED,)), "nao_ahead"),
+    r"scenario: expected a name, an Entry or a Scenario, found 3": lambda _: compare(3, ["vo"], 1),
+    r"metric: expected .*, found 3": lambda _: compare(SCENE, [NAO], 1, metrics=[3]),
+    r"store: expected scenarios, methods and metrics by name, found": lambda tmp: compare(
+        "head_on", [NAO], 1, store=tmp / "kept"
     ),
-    ("load", r"scenario: expected a name, an Entry or a Scenario, found 3", lambda _: compare(3, ["vo"], 1)),
-    (
-        "named_metrics",
-        r"metric: expected .*, found 3",
-        lambda _: compare(SCENE, [NAO], 1, metrics=[3]),
+    r"methods: expected different names, found two methods named 'nao'": lambda _: compare(
+        "head_on", ["nao", replace(method("vo"), name="nao")], 1
     ),
-    (
-        "compare_all",
-        r"store: expected scenarios, methods and metrics by name, found",
-        lambda tmp: compare("head_on", [NAO], 1, store=tmp / "kept"),
-    ),
-    (
-        "_contenders",
-        r"methods: expected different names, found two methods named 'nao'",
-        lambda _: compare("head_on", ["nao", replace(method("vo"), name="nao")], 1),
-    ),
-]
+}
 """Of parts of other packages, and of objects in their place."""
 
-REFUSALS: list[tuple[str, str, Callable[[Path], object]]] = [
-    *OF_ADAPTERS,
-    *OF_CALIBRATION,
-    *OF_GYM,
-    *OF_PARTS,
-    ("Group._unwrap", r"world_period: expected the period", moved_at_once),
-    ("motion_of", r"kinematics: expected omnidirectional ones", other_kinematics),
-    ("_settings", r"behavior: expected settings of horizon, .*, found amax", unknown_setting),
-    ("target", r"planning problem 7: expected a goal with a position, found none", goal_without_position),
-    ("_shape", r"obstacle 3: expected a rectangle, disc or polygon, found float", unknown_shape),
-    ("Robot.__init__", r"navigator: expected a disc as its robot, found Rectangle", in_sumo(Rectangle(1.0, 1.0), 0.1)),
-    ("Robot.__init__", r"navigator: expected the period 0\.1 s of SUMO, found 0\.2 s", in_sumo(Disc(1.0), 0.2)),
-    ("Extra.__exit__", r"view: .*slalom\[view\]", without_server),
-    ("dragged", r"what: expected one of robot, .*; found 'wall'", lambda _: edits.dragged(SCENE, "wall", 0, (0, 0))),
-    ("dragged", r"index: expected a number below 1, found 1", lambda _: edits.dragged(SCENE, "robot", 1, (0, 0))),
-    ("_obstacle", r"obstacle 'later': expected one that exists", lambda _: edits.dragged(SCENE, "obstacle", 1, (0, 0))),
-    ("without_obstacle", r"index: expected a number below 2, found 2", lambda _: edits.without_obstacle(SCENE, 2)),
-    ("with_setting", r"name: expected one of horizon, .*'dt'", lambda _: edits.with_setting(SCENE, "dt", 1.0)),
-    (
-        "SwapGoals.goals",
-        "expected an even count of robots that exchange places, found 3",
-        lambda _: SwapGoals().goals(np.ones((3, 2))),
+REFUSALS: dict[str, Callable[[Path], object]] = {
+    **OF_ADAPTERS,
+    **OF_CALIBRATION,
+    **OF_GYM,
+    **OF_PARTS,
+    r"world_period: expected the period": moved_at_once,
+    r"kinematics: expected omnidirectional ones": other_kinematics,
+    r"behavior: expected settings of horizon, .*, found amax": unknown_setting,
+    r"planning problem 7: expected a goal with a position, found none": goal_without_position,
+    r"obstacle 3: expected a rectangle, disc or polygon, found float": unknown_shape,
+    r"navigator: expected a disc as its robot, found Rectangle": in_sumo(Rectangle(1.0, 1.0), 0.1),
+    r"navigator: expected the period 0\.1 s of SUMO, found 0\.2 s": in_sumo(Disc(1.0), 0.2),
+    r"what: expected one of robot, .*; found 'wall'": lambda _: edits.dragged(SCENE, "wall", 0, (0, 0)),
+    r"index: expected a number below 1, found 1": lambda _: edits.dragged(SCENE, "robot", 1, (0, 0)),
+    r"obstacle 'later': expected one that exists": lambda _: edits.dragged(SCENE, "obstacle", 1, (0, 0)),
+    r"index: expected a number below 2, found 2": lambda _: edits.without_obstacle(SCENE, 2),
+    r"name: expected one of horizon, .*'dt'": lambda _: edits.with_setting(SCENE, "dt", 1.0),
+    "expected an even count of robots that exchange places, found 3": lambda _: SwapGoals().goals(np.ones((3, 2))),
+    r"path: expected a name ending in \.html": lambda tmp: export(run(), tmp / "run.txt"),
+    r"width: expected an even number from 320": lambda _: Film(run(), width=321),
+    r"fps: expected at most 60, found 100": lambda _: Film(run(), fps=100.0),
+    r"fps: expected at least 0\.1, found 0\.001": lambda _: Film(run(), fps=0.001),
+    r"speed: expected at least .* 1000000 pictures, found 1e-09": lambda _: Film(run(), speed=1e-9),
+    r"path: expected a name ending in \.mp4 or \.gif": lambda tmp: checked(tmp / "run.avi"),
+    r"method: expected one with a scenario": lambda _: widget(SCENE),
+    r"--agent: expected the id of an agent of roundabout_ring_11": lambda _: as_recorded(
+        recorded_agents(), NAO, "none"
     ),
-    ("export", r"path: expected a name ending in \.html", lambda tmp: export(run(), tmp / "run.txt")),
-    ("Film.__init__", r"recording: expected a run with at least one step", lambda _: Film(no_steps())),
-    ("Film.__init__", r"width: expected an even number from 320", lambda _: Film(run(), width=321)),
-    ("Film.__init__", r"fps: expected at most 60, found 100", lambda _: Film(run(), fps=100.0)),
-    ("Film.__init__", r"fps: expected at least 0\.1, found 0\.001", lambda _: Film(run(), fps=0.001)),
-    ("Film.__init__", r"speed: expected at least .* 1000000 pictures, found 1e-09", lambda _: Film(run(), speed=1e-9)),
-    ("checked", r"path: expected a name ending in \.mp4 or \.gif", lambda tmp: checked(tmp / "run.avi")),
-    ("Extra.__exit__", r"animate: .*slalom\[video\]", without_video),
-    ("widget", r"method: expected one with a scenario", lambda _: widget(SCENE)),
-    ("_session", r"robot: expected one of 0 to 0, found 1", lambda _: widget(SCENE, NAO, robot=1, live=True)),
-    ("Extra.__exit__", r"widget: .*slalom\[notebook\]", without_widgets),
-    (
-        "as_recorded",
-        r"--agent: expected the id of an agent of roundabout_ring_11",
-        lambda _: as_recorded(recorded_agents(), NAO, "none"),
+    r"expected a track of at least 0.1 s, found one after 1e\+06 s": late_replay,
+    r"--port: expected 0 to 65535, found 65536": lambda _: view("head_on", port=65536),
+    r"--port: expected a free port, or 0 for any; found \d+: address already in use": port_in_use,
+    r"--agent: expected only with a recording": lambda _: view("head_on", agent="1", browser=False),
+    r"--set: expected --start and --goal": replay_with_settings,
+    r"scene: expected finite numbers": lambda _: pack("scene", {"x": float("nan")}, {}),
+    r"renderer: expected a script without an end tag": bad_bundle,
+    r"do: expected one of look": lambda _: Session(SCENE, NAO).answer({"do": "fly"}),
+    r"robot: expected a number below 1": lambda _: Session(SCENE, NAO)._select({"robot": 1}, 0),
+    r"horizon: expected at least": short_horizon,
+    r"method: expected": lambda _: Session(replace(SCENE, robots=PAIR), NAO)._method({"name": "nao_ahead"}, 0),
+    r"undo: expected a change before": lambda _: Session(SCENE, NAO)._take_back({}, 0),
+    r"robot: expected a value in the command": lambda _: Session(SCENE, NAO)._select({}, 0),
+    r"sight_noise: expected 0": lambda _: scenario_text(replace(SCENE, sight_noise=0.1)),
+    r"part: expected one of friction, .*, found SimpleNamespace": lambda _: _part(SimpleNamespace(), BOUNDS),
+    r"field_of_view: expected at most 2 pi rad": lambda _: Sight(field_of_view=7.0),
+    r"range: expected a finite one": lambda _: Sight(float("inf"), hidden_speed=1.0),
+    r"now: expected a time that does not run backwards, found 0 s after a look at 1 s": lambda _: Sight().look(
+        ROBOT.state, [], 0.0, Sight().look(ROBOT.state, [], 1.0)
     ),
-    ("as_recorded", r"expected a track of at least 0.1 s, found one after 1e\+06 s", late_replay),
-    ("Server.__init__", r"--port: expected 0 to 65535, found 65536", lambda _: view("head_on", port=65536)),
-    ("Server.__init__", r"--port: expected a free port, or 0 for any; found \d+: address already in use", port_in_use),
-    ("_sessions", r"--agent: expected only with a recording", lambda _: view("head_on", agent="1", browser=False)),
-    ("_sessions", r"--set: expected --start and --goal", replay_with_settings),
-    ("robot_of", r"robot: expected one of 0 to 0, found 1", lambda _: robot_of(recorded(run()), 1)),
-    ("pack", r"scene: expected finite numbers", lambda _: pack("scene", {"x": float("nan")}, {})),
-    ("renderer", r"renderer: expected a script without an end tag", bad_bundle),
-    ("recorded", r"recording: expected a run with at least one step", lambda _: recorded(no_steps())),
-    (
-        "decisions",
-        r"scenario: expected one robot, found 2",
-        lambda _: next(decisions(replace(SCENE, robots=(ROBOT, ROBOT)), NAO, [])),
+    r"sight: expected a scene in the plane, found dimension 3": lambda _: Sight().look(State((0, 0, 0), (0, 0, 0)), []),
+    r"passive_safety: expected a method with manoeuvres that end": lambda _: method("vo").stopping(),
+    r"shares: expected numbers from 0 to 0.5, found \[0.7\]": lambda _: Tracks([(1, 0)], [(0, 0)], 0.3, shares=[0.7]),
+    r"tracks: expected dimension 2 as of the state, found 3": lambda _: Reciprocity(0.3).update(
+        ROBOT.state, Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)
     ),
-    ("Session.answer", r"do: expected one of look", lambda _: Session(SCENE, NAO).answer({"do": "fly"})),
-    ("Session._select", r"robot: expected a number below 1", lambda _: Session(SCENE, NAO)._select({"robot": 1}, 0)),
-    ("Session._restarted", r"horizon: expected at least", short_horizon),
-    (
-        "Session._method",
-        r"method: expected",
-        lambda _: Session(replace(SCENE, robots=PAIR), NAO)._method({"name": "nao_ahead"}, 0),
+    r"tracks.t: .* found 0 s after an update at 1 s": reciprocity_backwards,
+    r"sight: expected none in space, in a periodic world or in several worlds": lambda _: Fleet(
+        NAO, DISC, LIMITS, robots=2, worlds=[0, 1], sight=Sight()
     ),
-    ("Session._take_back", r"undo: expected a change before", lambda _: Session(SCENE, NAO)._take_back({}, 0)),
-    ("_given", r"robot: expected a value in the command", lambda _: Session(SCENE, NAO)._select({}, 0)),
-    ("scenario_text", r"sight_noise: expected 0", lambda _: scenario_text(replace(SCENE, sight_noise=0.1))),
-    (
-        "kind_of",
-        r"part: expected one of friction, .*, found SimpleNamespace",
-        lambda _: _part(SimpleNamespace(), BOUNDS),
+    r"sight: expected no hidden speed in a fleet, found 1 m/s": lambda _: Fleet(
+        NAO, DISC, LIMITS, robots=2, sight=Sight(hidden_speed=1.0)
     ),
-    ("Sight.__post_init__", r"field_of_view: expected at most 2 pi rad", lambda _: Sight(field_of_view=7.0)),
-    ("Sight.__post_init__", r"range: expected a finite one", lambda _: Sight(float("inf"), hidden_speed=1.0)),
-    (
-        "not_before",
-        r"now: expected a time that does not run backwards, found 0 s after a look at 1 s",
-        lambda _: Sight().look(ROBOT.state, [], 0.0, Sight().look(ROBOT.state, [], 1.0)),
+    r"occlusion: expected 0, 1 or 2, found 3": lambda _: SCENE.with_settings({"occlusion": 3.0}),
+    r"sight_range: expected one above 0": lambda _: SCENE.with_settings(PASSIVE | {"sight_range": 0.0}),
+    r"passive_safety: expected 1 or 2 with": lambda _: SCENE.with_settings({"hidden_speed": 1.0}),
+    r"hidden_speed: expected a speed \[m/s\] with passive_safety, found none": lambda _: SCENE.with_settings(
+        {"sight_range": 5.0, "passive_safety": 1.0}
     ),
-    (
-        "Sight.look",
-        r"sight: expected a scene in the plane, found dimension 3",
-        lambda _: Sight().look(State((0, 0, 0), (0, 0, 0)), []),
+    r"sight: expected limited sight in the plane only, found dimension 3": lambda _: replace(
+        gallery.build("drones_crossing"), sight=Sight(3.0)
     ),
-    (
-        "Method.stopping",
-        r"passive_safety: expected a method with manoeuvres that end",
-        lambda _: method("vo").stopping(),
+    r"period: expected none with limited sight": lambda _: gallery.build("navground_corridor", {"sight_range": 3.0}),
+    r"sight: expected no hidden speed for several robots, found 1 m/s": lambda _: replace(
+        SCENE, robots=PAIR
+    ).with_settings(PASSIVE),
+    r"passive_safety: expected a method with .* such as nao, found nao_ahead": lambda _: simulate(
+        SCENE.with_settings(PASSIVE), "nao_ahead"
     ),
-    (
-        "Tracks._checked",
-        r"shares: expected numbers from 0 to 0.5, found \[0.7\]",
-        lambda _: Tracks([(1, 0)], [(0, 0)], 0.3, shares=[0.7]),
+    r"robot: expected the name or number of one of 2": lambda _: run(2).row(),
+    r"position: expected numbers of magnitude up to 1e\+100": lambda _: State((1e308, 0), (0, 0)),
+    r"horizon: expected at most 5000 s": lambda _: Navigator(NAO, DISC, LIMITS, horizon=1e90),
+    r"stop: expected True or False, found 0\.5": lambda _: Goal(Stationary((9, 0)), stop=0.5),
+    r"present: expected True or False": lambda _: fleet_step(present=(0.5, 1)),
+    r"name: expected text, found 1": lambda _: method(1),
+    r"robots: expected a whole number of 1 or more, found 0": lambda _: Fleet(NAO, DISC, LIMITS, robots=0),
+    r"robots: expected numbers below 2, found 2": lambda _: fleet().manoeuvres([2]),
+    r"robots: expected those that were present": lambda _: fleet().manoeuvres([1]),
+    r"names: expected 2, one for each of the robots, found 1": lambda _: fleet(names=("a",)),
+    r"names\[1\]: expected text, found 2": lambda _: fleet(names=("a", 2)),
+    r"names: expected different ones, found 'a' more than once": lambda _: fleet(names=("a", "a")),
+    r"period: expected at most the horizon, 6 s, found 7 s": lambda _: fleet(period=7.0),
+    r"period: expected at most the horizon, 2 s, found 4 s": lambda _: Navigator(
+        NAO, DISC, LIMITS, period=4.0, horizon=2.0
     ),
-    (
-        "same_dimension",
-        r"tracks: expected dimension 2 as of the state, found 3",
-        lambda _: Reciprocity(0.3).update(ROBOT.state, Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)),
+    r"tolerances: expected numbers above 0 m, found 0 m": lambda _: fleet_step(tolerances=(0.0, 1.0)),
+    r"^goal: expected one to pass \(stop=False\) with LeastSpeed\(least=1\.0, .* with stop=True": lambda _: Navigator(
+        NAO, DISC, NEVER_STOPS
+    ).decide(STATE, [], TO_STOP),
+    r"^robot\.goal: expected one to pass .* found one at rest with stop=True": lambda _: replace(
+        ROBOT, name="robot", limits=NEVER_STOPS, goal=TO_STOP
     ),
-    ("not_before", r"tracks.t: .* found 0 s after an update at 1 s", reciprocity_backwards),
-    (
-        "observers_of",
-        r"sight: expected none in space, in a periodic world or in several worlds",
-        lambda _: Fleet(NAO, DISC, LIMITS, robots=2, worlds=[0, 1], sight=Sight()),
+    r"^stop: expected False for robot 1 with LeastSpeed\(least=1\.0, .*, by which .*; found True": lambda _: fleet_step(
+        Fleet(NAO, DISC, [LIMITS, NEVER_STOPS])
     ),
-    (
-        "observers_of",
-        r"sight: expected no hidden speed in a fleet, found 1 m/s",
-        lambda _: Fleet(NAO, DISC, LIMITS, robots=2, sight=Sight(hidden_speed=1.0)),
+    r"^paths\[1\]: expected one to pass .* found one at rest with stop=True": lambda _: Fleet(
+        NAO, DISC, [LIMITS, NEVER_STOPS]
+    ).step(0.0, [(0, 0), (0, 5)], np.zeros((2, 2)), paths=[PathGoal([(0, y), (9, y)]) for y in (0, 5)]),
+    r"limits: expected no more": lambda _: LookAhead(Navigator(NAO, DISC, NEVER_STOPS)),
+    r"obstacles: expected at least one": lambda _: NAVIGATOR.fall_back(STATE, [], GOAL),
+    r"state: expected dimension 2 as of the previous decision, found 3": lambda _: NAVIGATOR.decide(
+        State((0, 0, 0), (0, 0, 0)), [], GOAL, previous=NAVIGATOR.decide(STATE, [], GOAL)
     ),
-    ("sight_of", r"occlusion: expected 0, 1 or 2, found 3", lambda _: SCENE.with_settings({"occlusion": 3.0})),
-    ("sight_of", r"sight_range: expected one above 0", lambda _: SCENE.with_settings(PASSIVE | {"sight_range": 0.0})),
-    ("sight_of", r"passive_safety: expected 1 or 2 with", lambda _: SCENE.with_settings({"hidden_speed": 1.0})),
-    (
-        "from_numbers",
-        r"hidden_speed: expected a speed \[m/s\] with passive_safety, found none",
-        lambda _: SCENE.with_settings({"sight_range": 5.0, "passive_safety": 1.0}),
+    r"margin: expected one number or 0, found an array of shape \(2,\)": lambda _: ControlObstacle(
+        Acceleration(), STATE, ObstacleWindow([], 0, 1), DISC, (0.1, 0.1)
     ),
-    (
-        "refuse_sight",
-        r"sight: expected limited sight in the plane only, found dimension 3",
-        lambda _: replace(gallery.build("drones_crossing"), sight=Sight(3.0)),
+    r"then\[0\]: expected a duration and an acceleration, found \(1\.0,\)": lambda _: AccelerationSequence(
+        0.5, ((1.0,),)
     ),
-    (
-        "refuse_sight",
-        r"period: expected none with limited sight",
-        lambda _: gallery.build("navground_corridor", {"sight_range": 3.0}),
+    r"parameters: expected numbers by name, found 1": lambda _: Scenario("one", (ROBOT,), parameters=1),
+    r"settings: expected numbers by name": lambda _: compare("empty", ["nao"], 1, settings=1),
+    r"store: expected a folder, found 1": lambda _: compare("empty", ["nao"], 1, store=1),
+    r"id: expected a hashable name, found \[\]": lambda _: Tracker().update(0, [], (0, 0)),
+    r"period: expected less than 0\.594604 s for these wheels, found 1 s": lambda _: DifferentialDrive(
+        0.5, 1, 2, period=1
     ),
-    (
-        "refuse_sight",
-        r"sight: expected no hidden speed for several robots, found 1 m/s",
-        lambda _: replace(SCENE, robots=PAIR).with_settings(PASSIVE),
+    r"heading: expected none in space": lambda _: State((0, 0, 0), (0, 0, 0), heading=1.0),
+    r"max_steering: expected less than pi / 2": lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
+    r"body: expected a Disc or a Rectangle": lambda _: VehicleNavigator(DRIVE, NAO, Polyline([(0, 0), (1, 0)])),
+    r"probability: expected a number above 0 of at most 1, found 1\.1": lambda _: Obstacle(
+        Disc(1), Stationary((9, 0)), "a", probability=1.1
     ),
-    (
-        "Method.stopping",
-        r"passive_safety: expected a method with .* such as nao, found nao_ahead",
-        lambda _: simulate(SCENE.with_settings(PASSIVE), "nao_ahead"),
+    r"expected a name or an owner with a probability below 1, found neither": lambda _: Obstacle(
+        Disc(1), Stationary((9, 0)), probability=0.5
     ),
-    ("Recording.row", r"robot: expected the name or number of one of 2", lambda _: run(2).row()),
-    ("not_huge", r"position: expected numbers of magnitude up to 1e\+100", lambda _: State((1e308, 0), (0, 0))),
-    (
-        "duration",
-        r"horizon: expected at most 5000 s",
-        lambda _: Navigator(NAO, DISC, LIMITS, horizon=1e90),
+    r"obstacle 'a': expected a probability of 1 in a scenario, .* found 0\.5": lambda _: Scenario(
+        "one", (ROBOT,), obstacles=(future(0.5),)
     ),
-    ("flag", r"stop: expected True or False, found 0\.5", lambda _: Goal(Stationary((9, 0)), stop=0.5)),
-    ("flags", r"present: expected True or False", lambda _: fleet_step(present=(0.5, 1))),
-    ("text", r"name: expected text, found 1", lambda _: method(1)),
-    ("whole", r"robots: expected a whole number of 1 or more, found 0", lambda _: Fleet(NAO, DISC, LIMITS, robots=0)),
-    ("Fleet.manoeuvres", r"robots: expected numbers below 2, found 2", lambda _: fleet().manoeuvres([2])),
-    ("Fleet.manoeuvres", r"robots: expected those that were present", lambda _: fleet().manoeuvres([1])),
-    ("members_of", r"names: expected 2, one for each of the robots, found 1", lambda _: fleet(names=("a",))),
-    ("text", r"names\[1\]: expected text, found 2", lambda _: fleet(names=("a", 2))),
-    ("members_of", r"names: expected different ones, found 'a' more than once", lambda _: fleet(names=("a", "a"))),
-    ("within_horizon", r"period: expected at most the horizon, 6 s, found 7 s", lambda _: fleet(period=7.0)),
-    (
-        "within_horizon",
-        r"period: expected at most the horizon, 2 s, found 4 s",
-        lambda _: Navigator(NAO, DISC, LIMITS, period=4.0, horizon=2.0),
+    r"obstacle 'a': expected futures with probabilities of at most 1 together, found 1\.2": lambda _: NAVIGATOR.decide(
+        STATE, [future(0.6), future(0.6, 9.0)], GOAL
     ),
-    ("Fleet.step", r"tolerances: expected numbers above 0 m, found 0 m", lambda _: fleet_step(tolerances=(0.0, 1.0))),
-    (
-        "refuse_stop",
-        r"^goal: expected one to pass \(stop=False\) with LeastSpeed\(least=1\.0, .* one at rest with stop=True",
-        lambda _: Navigator(NAO, DISC, NEVER_STOPS).decide(STATE, [], TO_STOP),
+    r"robots: expected tracks without probabilities, found some with; they are obstacles": lambda _: NAVIGATOR.decide(
+        STATE, [], GOAL, robots=Tracks([(9, 0)], [(0, 0)], 1, probabilities=[0.5])
     ),
-    (
-        "refuse_stop",
-        r"^goal: expected one to pass .* found one at rest with stop=True",
+    r"robots: expected tracks without worlds, which only a fleet has, found some with": lambda _: NAVIGATOR.decide(
+        STATE, [], GOAL, robots=IN_WORLD
+    ),
+    r"places: expected an array of shape \(\.\.\., n, 2\), found shape \(2, 3\)": lambda _: ExpectedLoss(
+        AHEAD
+    ).contacts(np.zeros((2, 3)), [], [0.1, 0.2], 0.0),
+}
+WITHOUT_EXTRAS: dict[str, Callable[[Path], object]] = {
+    r"ros: .*slalom\[ros\]": without_rosbags,
+    r"view: .*slalom\[view\]": without_server,
+    r"animate: .*slalom\[video\]": without_video,
+    r"widget: .*slalom\[notebook\]": without_widgets,
+}
+"""Where packages are not installed."""
+SEVERAL: dict[str, list[Callable[[Path], object]]] = {
+    r"obstacles: expected tracks without worlds, which only a fleet has, found some with": [
+        lambda _: AHEAD.decide(STATE, IN_WORLD, GOAL),
+        lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow(IN_WORLD, 0, 1), DISC),
+        lambda _: ExpectedLoss(AHEAD).decide(STATE, IN_WORLD, GOAL),
+        lambda _: Sight().look(STATE, IN_WORLD),
+        lambda _: NAVIGATOR.decide(STATE, IN_WORLD, GOAL),
+    ],
+    r"^goal: expected one to pass .* found one at rest with stop=True": [
         lambda _: Navigator(NAO, DISC, NEVER_STOPS).decide(STATE, [], PathGoal([(0, 0), (9, 0)])),
-    ),
-    (
-        "refuse_stop",
-        r"^goal: expected one to pass .* found one at rest with stop=True",
         lambda _: VehicleNavigator(DRIVE, NAO, DISC, limits=NEVER_STOPS).decide(Pose((0, 0), 0.0), [], TO_STOP),
-    ),
-    (
-        "refuse_stop",
-        r"^robot\.goal: expected one to pass .* found one at rest with stop=True",
-        lambda _: replace(ROBOT, name="robot", limits=NEVER_STOPS, goal=TO_STOP),
-    ),
-    (
-        "Destinations.set",
-        r"^stop: expected False for robot 1 with LeastSpeed\(least=1\.0, .*, by which it never stops; found True",
-        lambda _: fleet_step(Fleet(NAO, DISC, [LIMITS, NEVER_STOPS])),
-    ),
-    (
-        "refuse_stop",
-        r"^paths\[1\]: expected one to pass .* found one at rest with stop=True",
-        lambda _: Fleet(NAO, DISC, [LIMITS, NEVER_STOPS]).step(
-            0.0, [(0, 0), (0, 5)], np.zeros((2, 2)), paths=[PathGoal([(0, y), (9, y)]) for y in (0, 5)]
-        ),
-    ),
-    ("LookAhead.__post_init__", r"limits: expected no more", lambda _: LookAhead(Navigator(NAO, DISC, NEVER_STOPS))),
-    ("Navigator.fall_back", r"obstacles: expected at least one", lambda _: NAVIGATOR.fall_back(STATE, [], GOAL)),
-    (
-        "state_to_decide_from",
-        r"state: expected dimension 2 as of the previous decision, found 3",
-        lambda _: NAVIGATOR.decide(State((0, 0, 0), (0, 0, 0)), [], GOAL, previous=NAVIGATOR.decide(STATE, [], GOAL)),
-    ),
-    (
-        "each_number",
-        r"margin: expected one number or 0, found an array of shape \(2,\)",
-        lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow([], 0, 1), DISC, (0.1, 0.1)),
-    ),
-    (
-        "pair",
-        r"then\[0\]: expected a duration and an acceleration, found \(1\.0,\)",
-        lambda _: AccelerationSequence(0.5, ((1.0,),)),
-    ),
-    (
-        "mapping",
-        r"parameters: expected numbers by name, found 1",
-        lambda _: Scenario("one", (ROBOT,), parameters=1),
-    ),
-    (
-        "mapping",
-        r"settings: expected numbers by name",
-        lambda _: compare("empty", ["nao"], 1, settings=1),
-    ),
-    ("_refuse_kinds", r"store: expected a folder, found 1", lambda _: compare("empty", ["nao"], 1, store=1)),
-    ("Tracker._checked", r"id: expected a hashable name, found \[\]", lambda _: Tracker().update(0, [], (0, 0))),
-    (
-        "DifferentialDrive.__post_init__",
-        r"period: expected less than 0\.594604 s for these wheels, found 1 s",
-        lambda _: DifferentialDrive(0.5, 1, 2, period=1),
-    ),
-    ("State.__init__", r"heading: expected none in space", lambda _: State((0, 0, 0), (0, 0, 0), heading=1.0)),
-    (
-        "Bicycle.__post_init__",
-        r"max_steering: expected less than pi / 2",
-        lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
-    ),
-    (
-        "VehicleNavigator.__post_init__",
-        r"body: expected a Disc or a Rectangle",
-        lambda _: VehicleNavigator(DRIVE, NAO, Polyline([(0, 0), (1, 0)])),
-    ),
-    (
-        "probability",
-        r"probability: expected a number above 0 of at most 1, found 1\.1",
-        lambda _: Obstacle(Disc(1), Stationary((9, 0)), "a", probability=1.1),
-    ),
-    (
-        "Obstacle.__post_init__",
-        r"expected a name or an owner with a probability below 1, found neither",
-        lambda _: Obstacle(Disc(1), Stationary((9, 0)), probability=0.5),
-    ),
-    (
-        "Obstacle.of_scenario",
-        r"obstacle 'a': expected a probability of 1 in a scenario, .* found 0\.5",
-        lambda _: Scenario("one", (ROBOT,), obstacles=(future(0.5),)),
-    ),
-    (
-        "levels",
-        r"obstacle 'a': expected futures with probabilities of at most 1 together, found 1\.2",
-        lambda _: NAVIGATOR.decide(STATE, [future(0.6), future(0.6, 9.0)], GOAL),
-    ),
-    (
-        "Tracks.refuse_probabilities",
-        r"robots: expected tracks without probabilities, found some with; they are obstacles",
-        lambda _: NAVIGATOR.decide(STATE, [], GOAL, robots=Tracks([(9, 0)], [(0, 0)], 1, probabilities=[0.5])),
-    ),
-    (
-        "Tracks.refuse_worlds",
-        r"robots: expected tracks without worlds, which only a fleet has, found some with",
-        lambda _: NAVIGATOR.decide(STATE, [], GOAL, robots=IN_WORLD),
-    ),
-    *(
-        (
-            "Tracks.refuse_worlds",
-            r"obstacles: expected tracks without worlds, which only a fleet has, found some with",
-            decide,
-        )
-        for decide in (
-            lambda _: AHEAD.decide(STATE, IN_WORLD, GOAL),
-            lambda _: ControlObstacle(Acceleration(), STATE, ObstacleWindow(IN_WORLD, 0, 1), DISC),
-            lambda _: ExpectedLoss(AHEAD).decide(STATE, IN_WORLD, GOAL),
-            lambda _: Sight().look(STATE, IN_WORLD),
-        )
-    ),
-    (
-        "ExpectedLoss.contacts",
-        r"places: expected an array of shape \(\.\.\., n, 2\), found shape \(2, 3\)",
-        lambda _: ExpectedLoss(AHEAD).contacts(np.zeros((2, 3)), [], [0.1, 0.2], 0.0),
-    ),
-]
+    ],
+    r"tracks.t: expected a time after 2 s": [crowd_again, observed_again],
+    r"scenario: expected one robot, found 2": [
+        gym(lambda g: g.RobotEnv(renamed)),
+        gym(lambda g: g.RobotsEnv(2, renamed)),
+        lambda _: next(decisions(replace(SCENE, robots=(ROBOT, ROBOT)), NAO, [])),
+    ],
+    r"recording: expected a run with at least one step": [lambda _: recorded(no_steps()), lambda _: Film(no_steps())],
+    r"robot: expected one of 0 to 0, found 1": [
+        lambda _: widget(SCENE, NAO, robot=1, live=True),
+        lambda _: robot_of(recorded(run()), 1),
+    ],
+}
+"""Several calls with the same message."""

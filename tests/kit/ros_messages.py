@@ -123,75 +123,52 @@ def bag_that_exists(folder: Path) -> object:
         return topics.write_bag([], folder)
 
 
-BAGS: list[tuple[str, str, Callable[[Path], object]]] = [
-    ("read_bag", r"drive: expected a bag of ROS, found nothing", no_bag),
-    ("write_bag", r"expected a bag that can be written, found 'it exists'", bag_that_exists),
-]
+BAGS: dict[str, Callable[[Path], object]] = {
+    r"drive: expected a bag of ROS, found nothing": no_bag,
+    r"expected a bag that can be written, found 'it exists'": bag_that_exists,
+}
 """Of files."""
 
 FRAMES = Frames("odom")
 PERIODS = Navigator(method("nao"), Disc(0.3), Limits(1.0, 1.0), period=0.2)
-OF_ADAPTERS: list[tuple[str, str, Callable[[Path], object]]] = [
-    ("setpoint", r"decision: expected one in space, found dimension 2", in_the_plane),
-    ("Extra.__exit__", r"ros: .*slalom\[ros\]", without_rosbags),
-    ("_taken", r"topics: expected some of /a; found /b", lambda _: topics._taken({"/a": topics.ODOMETRY}, ["/b"])),
-    ("_taken", r"topics: expected some with nav_.*; found x/msg/Y", lambda _: topics._taken({"/a": "x/msg/Y"}, ["/a"])),
-    (
-        "_taken",
-        r"topics: expected one with odometry, found /a, /b",
-        lambda _: topics._taken({"/b": topics.ODOMETRY, "/a": topics.ODOMETRY}, None),
+OF_ADAPTERS: dict[str, Callable[[Path], object]] = {
+    r"decision: expected one in space, found dimension 2": in_the_plane,
+    r"topics: expected some of /a; found /b": lambda _: topics._taken({"/a": topics.ODOMETRY}, ["/b"]),
+    r"topics: expected some with nav_.*; found x/msg/Y": lambda _: topics._taken({"/a": "x/msg/Y"}, ["/a"]),
+    r"topics: expected one with odometry, found /a, /b": lambda _: topics._taken(
+        {"/b": topics.ODOMETRY, "/a": topics.ODOMETRY}, None
     ),
-    ("figure", r"--figure: expected at least 2 commands to draw, found 0", lambda _: figure([], Disc(1.0))),
-    ("nanoseconds", r"odometry\.header\.stamp: expected a time above 0, found 0 ns", lambda _: odometry(odom(0.0))),
-    (
-        "rotation",
-        r"odometry\.pose\.orientation: expected a quaternion of length 1, found length 0",
-        lambda _: odometry(odom(at=Message(position=xyz(), orientation=Message(x=0.0, y=0.0, z=0.0, w=0.0)))),
+    r"--figure: expected at least 2 commands to draw, found 0": lambda _: figure([], Disc(1.0)),
+    r"odometry\.header\.stamp: expected a time above 0, found 0 ns": lambda _: odometry(odom(0.0)),
+    r"odometry\.pose\.orientation: expected a quaternion of length 1, found length 0": lambda _: odometry(
+        odom(at=Message(position=xyz(), orientation=Message(x=0.0, y=0.0, z=0.0, w=0.0)))
     ),
-    (
-        "Frames.of",
-        r"marker 'people' 7\.header\.frame_id: expected one of \['odom'\], or a transform .*, found 'map'",
-        lambda _: list(markers(Message(markers=[marker(header=header(frame="map"))]), FRAMES)),
+    r"marker 'people' 7\.header\.frame_id: expected one of \['odom'\], or a transform .*, found 'map'": lambda _: list(
+        markers(Message(markers=[marker(header=header(frame="map"))]), FRAMES)
     ),
-    (
-        "markers",
-        r"marker 'people' 7: expected a box, ball or cylinder .*, found type 9",
-        lambda _: list(markers(Message(markers=[marker(type=9)]), FRAMES)),
+    r"marker 'people' 7: expected a box, ball or cylinder .*, found type 9": lambda _: list(
+        markers(Message(markers=[marker(type=9)]), FRAMES)
     ),
-    (
-        "objects",
-        r"object 3: expected a box, .*, found type 1 with 2 dimensions",
-        lambda _: list(objects(Message(objects=[an_object(shape=Message(type=1, dimensions=[1.0, 2.0]))]), FRAMES)),
+    r"object 3: expected a box, .*, found type 1 with 2 dimensions": lambda _: list(
+        objects(Message(objects=[an_object(shape=Message(type=1, dimensions=[1.0, 2.0]))]), FRAMES)
     ),
-    (
-        "obstacles",
-        r"obstacle 5: expected a polygon with at least one corner, found none",
-        lambda _: list(obstacles(Message(header=header(), obstacles=[an_obstacle()]), FRAMES)),
+    r"obstacle 5: expected a polygon with at least one corner, found none": lambda _: list(
+        obstacles(Message(header=header(), obstacles=[an_obstacle()]), FRAMES)
     ),
-    (
-        "grid_polygons",
-        r"grid\.data: expected 3 x 2 cells, found 4",
-        lambda _: NodeSettings().node().receive(grid(np.zeros((2, 2)), width=3)),
+    r"grid\.data: expected 3 x 2 cells, found 4": lambda _: (
+        NodeSettings().node().receive(grid(np.zeros((2, 2)), width=3))
     ),
-    (
-        "Node.__post_init__",
-        r"navigator\.period: expected 0\.1 s as of the vehicle, found 0\.2 s",
-        lambda _: Node(PERIODS, DifferentialDrive(0.5, 2.0, 2.0)),
+    r"navigator\.period: expected 0\.1 s as of the vehicle, found 0\.2 s": lambda _: Node(
+        PERIODS, DifferentialDrive(0.5, 2.0, 2.0)
     ),
-    (
-        "Node.receive",
-        r"message: expected one of nav_msgs/msg/Odometry, .*; found SimpleNamespace",
-        lambda _: NodeSettings().node().receive(Message(text="hello")),
+    r"message: expected one of nav_msgs/msg/Odometry, .*; found SimpleNamespace": lambda _: (
+        NodeSettings().node().receive(Message(text="hello"))
     ),
-    (
-        "Node._take_goal",
-        r"path\.poses: expected at least one pose, found none",
-        lambda _: NodeSettings().node().receive(Message(header=header(), poses=[])),
+    r"path\.poses: expected at least one pose, found none": lambda _: (
+        NodeSettings().node().receive(Message(header=header(), poses=[]))
     ),
-    (
-        "Node._command",
-        r"odometry\.header\.frame_id: expected 'odom', found 'map'",
-        lambda _: NodeSettings().node().receive(odom(header=header(frame="map"))),
+    r"odometry\.header\.frame_id: expected 'odom', found 'map'": lambda _: (
+        NodeSettings().node().receive(odom(header=header(frame="map")))
     ),
-]
+}
 """Of messages and setpoints."""

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from draws import draws
+from draws import draws, draws_of
 from easy_worlds import (
     AT_TOP_SPEED,
     NO_CHANGE,
@@ -33,7 +33,7 @@ ALONE = [name for name, method in METHODS.items() if not method.shared]
 VELOCITY = ("vo", "rvo", "nlvo", "avo")
 FLEETS = ("nao", "nao_shared", "ao", "vo", "rvo")
 
-each_method = pytest.mark.parametrize("name", ALONE)
+each_method = pytest.mark.parametrize("name", draws_of({name: name for name in ALONE}, "nao", "nao_ahead", "vo", "avo"))
 each_part = pytest.mark.parametrize("part", draws(range(4)))
 """In the plane and, for odd parts, in space."""
 few = settings(max_examples=max(2, settings.default.max_examples // 5))
@@ -91,7 +91,7 @@ def test_a_robot_stops_at_its_goal_and_rests_there(name: str, part: int, seed: i
 
 
 @each_method
-@pytest.mark.parametrize("part", draws(range(4), first=2))
+@pytest.mark.parametrize("part", draws(range(4)))
 @few
 @seeds
 def test_a_robot_that_starts_in_any_direction_arrives_and_rests(name: str, part: int, seed: int) -> None:

@@ -14,8 +14,8 @@ import numpy as np
 import oracle
 import parts
 import pytest
-from test_metrics import BY_HAND
-from test_recording import same_bits
+from metrics_by_hand import BY_HAND
+from recorded_runs import same_bits
 
 import slalom
 from slalom import METHODS, Goal, Limits, Obstacle, State, Stationary
@@ -98,7 +98,7 @@ def test_every_method_is_enrolled() -> None:
 
 def test_every_metric_is_computed_by_hand() -> None:
     there = {name for name, _, _ in BY_HAND}
-    refuse_unnamed(metrics.METRICS, there, "tests/sim/test_metrics.py BY_HAND", '("{name}", STRAIGHT, value)')
+    refuse_unnamed(metrics.METRICS, there, "tests/kit/metrics_by_hand.py BY_HAND", '("{name}", STRAIGHT, value)')
 
 
 def test_every_trajectory_has_a_second_derivation() -> None:

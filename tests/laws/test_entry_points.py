@@ -126,6 +126,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     sys.modules.pop("a_package_of_parts", None)
 
 
+@pytest.mark.slow
 def test_every_table_has_the_part_of_the_package(package: Path) -> None:
     names = ("steady", "two_cars", "steps", "drift", "spaced")
     for table, name in zip(TABLES, names, strict=True):

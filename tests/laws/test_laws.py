@@ -75,10 +75,10 @@ SLACK = 1e-5
 
 ROUNDING = 1e-9
 
-FIRST = ("velocity", "lagged_velocity_quick", "stop", "jerk")
+FIRST = ("velocity", "stop", "jerk")
 each_response = pytest.mark.parametrize("response", RESPONSES.values(), ids=RESPONSES)
 drawn_response = pytest.mark.parametrize("response", draws_of(RESPONSES, *FIRST))
-"""For laws of everything but the response: a velocity, an acceleration, a braking and a motion that is not cubic."""
+"""For laws of everything but the response: a velocity, an acceleration with braking, a motion that is not cubic."""
 each_limits = pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
 drawn_limits = pytest.mark.parametrize("limits", draws_of(LIMITS, "walker", "one_way", "bounds_vehicle"))
 each_track = pytest.mark.parametrize("track", (TRAJECTORIES | MANOEUVRES).values(), ids=TRAJECTORIES | MANOEUVRES)

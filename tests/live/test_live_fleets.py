@@ -26,8 +26,8 @@ def test_the_preferred_control_of_a_robot_among_others_is_that_of_its_decision(r
     """A decision that was free of collisions chose the preferred control: the picture shows the same one."""
     found, own = recorded(ring), method("nao_shared")
     targets, clear, guided = Targets(found.scenario), 0, 0
-    for k in range(0, 90, 3):
-        for robot in range(0, 70, 7):
+    for k in range(0, 90, 6):
+        for robot in range(0, 70, 14):
             goal = targets.goal(found.steps, k, robot)
             seen = seen_among(found.scenario, own, found.steps, k, robot, goal)
             made = seen.manoeuvre

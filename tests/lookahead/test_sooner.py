@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from draws import draws
 
 import slalom
 from slalom import Decision, Disc, Goal, Limits, LookAhead, Navigator, Obstacle, Outcome, Sampled, State, Stationary
@@ -42,7 +43,7 @@ def arrival(decision: Decision) -> float:
     return decision.arrival if isinstance(decision, SequenceDecision) else np.inf
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", draws(range(24), 8))
 def test_less_of_the_uncertainty_brings_the_arrival_forward(seed, monkeypatch):
     """By SOONER_RISES or more; else the decision is the one without this rule."""
     found = decided(seed)
@@ -57,7 +58,7 @@ def test_less_of_the_uncertainty_brings_the_arrival_forward(seed, monkeypatch):
         np.testing.assert_array_equal(found.manoeuvre.control, patient.manoeuvre.control)
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", draws(range(24), 8))
 def test_a_sequence_keeps_its_share_of_the_uncertainty(seed):
     """At sampled times; how much of the margin it keeps depends on the distances now."""
     found = decided(seed)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from definitions import out_of_bound
+from draws import draws
 from parts import BOUNDS as ENROLLED, PERIOD, disc_or_ball
 from scenes import BOUNDS
 
@@ -58,10 +59,11 @@ def test_enrolled_bounds_fit_their_protocol() -> None:
     assert all(isinstance(bound, Bound) for bounds in ENROLLED.values() for d in (2, 3) for bound in bounds(d))
 
 
+@pytest.mark.parametrize("seeds", draws([range(3), range(3, 12)]), ids=str)
 @each_kind
-def test_half_spaces_are_the_definition(kind: str, d: int) -> None:
+def test_half_spaces_are_the_definition(kind: str, d: int, seeds: range) -> None:
     """Nowhere outside of it, and no more is lost than is stated; nothing at all for what has flat sides."""
-    for seed in range(12):
+    for seed in seeds:
         bound, state = drawn(kind, d, seed)
         normals, offsets = bound.half_spaces(state)
         assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(len(normals)), abs=1e-12)

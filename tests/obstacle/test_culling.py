@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from draws import draws
 from hypothesis import given, strategies as st
 
 import slalom
@@ -80,7 +81,7 @@ def everywhere(bodies: GrownBodies) -> GrownBodies:
 
 
 @pytest.mark.parametrize(("method", "stop"), [("nao", False), ("nao", True), ("vo", True)])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", draws(range(3)))
 def test_decisions_are_those_with_all_rows(seed, method, stop, monkeypatch):
     """In a closed loop among walls and movers, so that kept, constrained and squeezed decisions occur."""
     culled, made = list(drive(scene(seed, method, stop), 40)), Skeletons.grown_bodies
@@ -94,7 +95,7 @@ def test_decisions_are_those_with_all_rows(seed, method, stop, monkeypatch):
 
 
 @pytest.mark.parametrize(("method", "horizons"), [("nao", None), ("nao", slalom.SafeTime(2.0)), ("vo", None)])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", draws(range(2)))
 def test_one_table_decides_as_its_parts(seed, method, horizons):
     """The pieces of a single table are cut to the window for each robot, those of parts before they are joined.
 
@@ -110,7 +111,7 @@ def test_one_table_decides_as_its_parts(seed, method, horizons):
 
 
 @pytest.mark.parametrize("turning", [False, True])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", draws(range(4)))
 def test_decisions_are_those_with_every_piece_of_a_line(seed, turning, monkeypatch):
     """A robot that brakes moves along a line: obstacles at rest have one segment there, in place of one each period."""
     s = scene(seed, "nao", stop=False)

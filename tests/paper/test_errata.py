@@ -262,6 +262,7 @@ def test_erratum_10_rvo_is_the_vo_translated_not_scaled_down() -> None:
         assert (both_choose(v) < RADIUS) == in_rvo(v)
 
 
+@pytest.mark.draw(1)
 def test_erratum_11_avoiding_until_a_horizon_is_no_guarantee() -> None:
     """11, "guarantees to avoid collision at all times".
 

@@ -154,7 +154,7 @@ def test_runs_are_the_same_every_time(name):
 
 
 @pytest.mark.parametrize("name", PEERS)
-@pytest.mark.parametrize("replan", [0.0, 0.3])
+@pytest.mark.parametrize("replan", draws([0.3, 0.0]))
 def test_limits_are_obeyed(name, replan):
     """By all the speed, by limited peers the acceleration; by the others the velocity is there after a step."""
     run = simulate(crowd_of(replan=replan), peer(name))
@@ -199,7 +199,7 @@ def test_a_robot_alone_goes_straight_to_its_goal(name):
 
 
 @pytest.mark.parametrize("name", AVOIDING)
-@pytest.mark.parametrize("noise", [0.0, 1e-3])
+@pytest.mark.parametrize("noise", draws([0.0, 1e-3]))
 def test_two_robots_head_on_do_not_collide(name, noise):
     run = simulate(build("circle", {"robots": 2, "radius": 6, "robot_radius": 0.5, "noise": noise}), peer(name))
     assert least_clearance(run) >= -COLLISION
@@ -269,7 +269,7 @@ CHANGED = {
 }
 
 
-@pytest.mark.parametrize("name", CHANGED)
+@pytest.mark.parametrize("name", draws(CHANGED, len(CHANGED) - 2))
 def test_parameters_belong_to_the_name(name):
     """They change the run; with the values of the table nothing changes but the name."""
     plain, given = peer(name), ":".join(f"{key}={value:g}" for key, value in CHANGED[name].items())
@@ -406,7 +406,7 @@ def test_half_of_a_margin_is_that_of_each_robot_and_obstacle():
     assert shapely.Polygon(wall).equals(shapely.box(4.8, -1.2, 5.2, 4.2))
 
 
-@pytest.mark.parametrize("margin", [0.0, 0.05, 0.3])
+@pytest.mark.parametrize("margin", draws([0.3, 0.0, 0.05]))
 @pytest.mark.parametrize("name", AVOIDING)
 def test_the_margin_is_kept_between_two_robots(name, margin):
     """By every method that considers radii, as by slalom's; the collisions are those of the true radii."""

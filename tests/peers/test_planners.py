@@ -5,7 +5,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings, strategies as st
+from draws import examples
+from hypothesis import assume, given, strategies as st
 
 from slalom import ConstantVelocity, Disc, Goal, InvalidInput, Limits, Obstacle, State, Stationary
 from slalom.peers import PEERS, Discs, Team
@@ -39,7 +40,7 @@ vectors = st.tuples(*2 * [st.floats(-1.0, 1.0)]).map(np.array)
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-@settings(max_examples=25)
+@examples(25)
 @given(vectors, vectors, st.lists(st.tuples(vectors, vectors), max_size=3))
 def test_answers_keep_the_limits(name, velocity, preferred, others):
     """One period of the largest acceleration suffices, and the largest speed is not exceeded."""
@@ -54,7 +55,7 @@ def test_answers_keep_the_limits(name, velocity, preferred, others):
 
 
 @pytest.mark.parametrize("name", ["dwa", "cbf"])
-@settings(max_examples=25)
+@examples(25)
 @given(vectors, vectors)
 def test_without_others_the_preferred_velocity_is_chosen_or_approached(name, velocity, change):
     """Among 177 velocities of a window none is better than a preferred one that is within reach."""
@@ -78,7 +79,7 @@ def test_a_robot_brakes_before_a_wall_across_its_way(name):
     assert place[0, 0] > 4.0
 
 
-@settings(max_examples=10)
+@examples(10)
 @given(st.floats(-0.6, 0.6), st.floats(0.0, 1.5), st.floats(2.5, 6.0))
 def test_the_barrier_of_a_disc_at_rest_never_falls_below_zero(offset, speed, distance):
     """h = sqrt(2 a (d - r)) + s with r the sum of the radii, at every state of a run that begins with h >= 0."""

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from draws import commit_number, draws
 from hdf5_files import OF_LIBRARY, changed, write_run
-from test_formats import SAMPLES, WALK
-from test_scenario_file import EVERYTHING, GROUP
+from recording_formats import SAMPLES, WALK
+from scenario_texts import EVERYTHING, GROUP
 
 from slalom import InvalidFile, SlalomError
 from slalom.base.errors import MESSAGE_LINE

@@ -18,6 +18,7 @@ from draws import draws
 
 import slalom
 from slalom import Disc, Goal, InvalidInput, Limits, Navigator, Obstacle, ObstacleWindow, State, Stationary, vehicle
+from slalom.base import checks
 from slalom.sim import Robot, Scenario, compare, simulate
 
 NAN, INF = float("nan"), float("inf")
@@ -550,6 +551,47 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
 }
 """Public calls with good arguments."""
 
+CHECKS: dict[str, tuple[Callable[[Any], object], tuple[str, ...]]] = {
+    "array": (
+        lambda value: checks.array(value, "x"),
+        ("no tuple", "below zero", "zero", "huge", "yes", "huge vector", "matrix", "cube"),
+    ),
+    "array_of": (lambda value: checks.array_of(value, "x", (2, 3)), ("matrix",)),
+    "vector": (lambda value: checks.vector(value, "x"), ()),
+    "vectors": (lambda value: checks.vectors(value, "x"), ("matrix", "cube")),
+    "unit": (lambda value: checks.unit(value, "x"), ()),
+    "number": (lambda value: checks.number(value, "x"), ("below zero", "zero", "yes")),
+    "positive": (lambda value: checks.positive(value, "x"), ("yes",)),
+    "duration": (lambda value: checks.duration(value, "x"), ("yes",)),
+    "not_negative": (lambda value: checks.not_negative(value, "x"), ("zero", "yes")),
+    "not_before": (lambda value: checks.not_before(value, 0.0, "x", "a call"), ("zero", "yes")),
+    "share": (lambda value: checks.share(value, "x"), ("zero",)),
+    "probability": (lambda value: checks.probability(value, "x"), ("yes",)),
+    "fraction": (lambda value: checks.fraction(value, "x"), ()),
+    "flag": (lambda value: checks.flag(value, "x"), ("zero", "yes")),
+    "flags": (lambda value: checks.flags(value, "x", 2), ("zero", "yes")),
+    "each_number": (lambda value: checks.each_number(value, "x", 2), ("below zero", "zero", "yes")),
+    "whole": (lambda value: checks.whole(value, "x"), ("zero", "yes")),
+    "whole_numbers": (lambda value: checks.whole_numbers(value, "x", 2), ()),
+    "text": (lambda value: checks.text(value, "x"), ("text",)),
+    "known": (lambda value: checks.known(value, "x", ("text", "a")), ("text",)),
+    "mapping": (lambda value: checks.mapping(value, "names", "x"), ("dictionary", "no dictionary")),
+}
+"""Checks of arguments and fields, and the names of those wrong values that they take."""
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_checks_refuse_all_else_by_name(name: str) -> None:
+    check, taken = CHECKS[name]
+    for what, value in WRONG.items():
+        if what in taken:
+            check(value)
+            continue
+        with pytest.raises(InvalidInput, match=r"^x: expected .*[,;] found ") as refused:
+            check(value)
+        assert "\n" not in str(refused.value), what
+
+
 FITS_ELSEWHERE = ("matrix", "cube", "space", "yes")
 """Good values, to which the other arguments do not fit: one of these may be named."""
 
@@ -562,6 +604,120 @@ OTHER_NAMES: dict[tuple[str, str], tuple[str, ...]] = {
     ("Sight.look", "state"): ("sight",),
 }
 """Further names of what an argument holds."""
+
+
+BY_CHECK = {
+    "positive": """
+        Navigator.period, Navigator.horizon, Navigator.stuck_after, LookAhead.time_horizon,
+        LookAhead.budget, Sight.field_of_view, AvoidingCrowd.period, AvoidingCrowd.horizon,
+        AvoidingCrowd.reach, Reciprocity.horizon, Reciprocity.response, Reciprocity.memory, Fleet.period,
+        Fleet.horizon, Fleet.stuck_after, Tracker.max_age, ConstantVelocityFilter.position,
+        ConstantVelocityFilter.velocity, ConstantVelocityFilter.first_velocity, ObstacleWindow.horizon,
+        control_obstacle.horizon, ControlObstacle.boundary.radius, select_clearest.accuracy,
+        admissible_ball.radius, Limits.max_speed, Limits.max_acceleration, Limits.admissible.horizon,
+        Goal.tolerance, PathGoal.tolerance, PathGoal.lookahead, Scenario.duration, Scenario.dt,
+        Scenario.horizon, Robot.priority, DifferentialDrive.track, DifferentialDrive.max_wheel_speed,
+        DifferentialDrive.max_wheel_acceleration, DifferentialDrive.period, VehicleNavigator.horizon,
+        LaggedVelocity.lag, AccelerateThenCoast.hold, AccelerateThenStop.hold, AccelerateThenStop.rate,
+        AccelerateThenStop.period, AccelerateThenBrake.hold, AccelerateThenBrake.brake, Circular.radius,
+        Function.tolerance, MostClearance.enough, Capsule.radius, Rectangle.length, Rectangle.width,
+        Friction.forward, Friction.braking, Friction.lateral, HeadingCone.half_angle, TurningRadius.least,
+        LeastSpeed.least, AcceleratingBriefly.seconds, FromPast.seconds, HorizonByName.otherwise,
+        Calibration.max_gap, AccelerationLag.lag, AccelerationSequence.hold, Bicycle.wheelbase,
+        Bicycle.max_steering, Bicycle.max_steering_rate, Bicycle.max_speed, Bicycle.max_acceleration,
+        Bicycle.period
+    """,
+    "not_negative": """
+        Navigator.margin, Navigator.patience, Navigator.decide.delay, LookAhead.improvement_budget,
+        LookAhead.decide.delay, ExpectedLoss.loss, ExpectedLoss.decide.delay, Sight.near,
+        AvoidingCrowd.distance, Reciprocity.radius, Reciprocity.doubt, Fleet.patience,
+        Fleet.observation_delay, Fleet.observation_noise, ConstantVelocityFilter.acceleration,
+        ControlObstacle.boundary.tolerance, select_clearest.enough, select_many.margin, Scenario.replan,
+        Scenario.margin, Scenario.patience, Scenario.message_delay, Scenario.sight_noise,
+        Scenario.sight_delay,
+        DifferentialDrive.disturbance,
+        VehicleNavigator.margin, VehicleNavigator.patience, Velocity.ramp, Function.max_speed,
+        Function.max_acceleration, Arrive.enough_clearance, KeepAcceleration.enough_clearance,
+        FollowAcceleration.enough_clearance, FollowVelocity.enough_clearance, Disc.radius, Ball.radius,
+        Rectangle.radius, Polygon.radius, Polyline.radius, FromPast.growth, FromModels.share,
+        FromModels.offset, BoundedError.position, BoundedError.velocity, BoundedError.acceleration,
+        GaussianError.position, GaussianError.velocity, KalmanError.position, KalmanError.velocity,
+        KalmanError.correlation, KalmanError.acceleration, Risk.likely, SafeTime.extra, Bicycle.disturbance,
+        Bicycle.max_reverse_speed
+    """,
+    "number": """
+        Navigator.decide.now, Navigator.fall_back.now, Navigator.predict.now, LookAhead.decide.now,
+        ExpectedLoss.decide.now, ExpectedLoss.cost.now, ExpectedLoss.contacts.now, Sight.look.now,
+        AvoidingCrowd.steps, Fleet.step.now, Fleet.step to velocities.now, Fleet.step on paths.now,
+        Tracker.update.t, Tracker.at.now, Tracks.t, ObstacleWindow.start, ControlObstacle.horizon,
+        control_obstacle.start, ControlObstacle.element.t, select.most_elements, select.most_candidates,
+        select_many.threads, compile.jobs, Scenario.start, compare.seeds, compare.jobs, Pose.heading,
+        Pose.speed, Pose.turn, VehicleNavigator.center, VehicleNavigator.decide.now, ConstantVelocity.at,
+        ConstantAcceleration.at, Circular.speed, Circular.phase, PiecewisePolynomial.start, Function.first,
+        Function.last, Manoeuvre.start, FromModels.futures, HalfSpace.offset
+    """,
+    "flag": """
+        ExpectedLoss.deviates, Sight.any_motion, Goal.stop, PathGoal.stop, simulate.record, compare.adopt,
+        Obstacle.contact_at_rest, Scenario.guided
+    """,
+    "array": """
+        ExpectedLoss.contacts.places, ExpectedLoss.contacts.times, Fleet.margin, Fleet.priority,
+        Fleet.step.positions, Fleet.step.velocities, Fleet.step.tolerances, Fleet.step.stop, Fleet.step to
+        velocities.positions, Fleet.step to velocities.velocities, Fleet.step on paths.positions, Fleet.step
+        on paths.velocities, Tracks.positions, Tracks.velocities, Tracks.radii, ControlObstacle.margin,
+        control_obstacle.margin, ControlObstacle.clearances.controls, ControlObstacle.contains.controls,
+        ControlObstacle.time_to_collision.controls, ControlObstacle.boundary.center, select.preferred,
+        select_clearest.preferred, select_many.preferred, select_many.states, State.velocity,
+        PathGoal.points, Sampled.times, PiecewisePolynomial.durations, PiecewisePolynomial.coefficients,
+        Polygon.corners, Polyline.points
+    """,
+    "vector": """
+        Tracker.update.position, admissible_ball.center, State.position, Pose.position,
+        Stationary.initial_position, ConstantVelocity.initial_position, ConstantVelocity.initial_velocity,
+        ConstantAcceleration.initial_position, ConstantAcceleration.initial_velocity,
+        ConstantAcceleration.initial_acceleration, Circular.center, Manoeuvre.control,
+        FollowAcceleration.acceleration, FollowVelocity.velocity, Capsule.start, Capsule.end,
+        Box.half_widths, HalfSpace.normal
+    """,
+    "fraction": """
+        ConstantVelocityFilter.probability, GaussianError.probability, KalmanError.probability,
+        Calibration.confidence
+    """,
+    "text": """
+        Obstacle.name, method.name, Scenario.name, Robot.name
+    """,
+    "share": """
+        Scenario.message_loss, Scenario.sight_loss
+    """,
+    "whole": """
+        simulate.seed, FromModels.similar
+    """,
+    "vectors": """
+        Sampled.positions, ConvexPolygon.corners
+    """,
+    "probability": """
+        Obstacle.probability
+    """,
+}
+"""Arguments and fields by the check that they must pass: what it refuses, they refuse with its message."""
+CHECK_OF = {name: check for check, names in BY_CHECK.items() for name in " ".join(names.split()).split(", ")}
+
+
+def refusal(name: str, value: object) -> str:
+    """What the check of an argument or field says of a value; nothing if it takes it, or if there is no check."""
+    if name not in CHECK_OF:
+        return ""
+    try:
+        CHECKS[CHECK_OF[name]][0](value)
+    except InvalidInput as refused:
+        return str(refused).removeprefix("x")
+    return ""
+
+
+def test_checks_are_of_arguments_and_fields() -> None:
+    assert set(CHECK_OF) <= {f"{name}.{argument}" for name, (_, good) in CALLS.items() for argument in good} | set(
+        FIELDS
+    )
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -586,7 +742,11 @@ def test_wrong_arguments_are_taken_or_refused_by_name(
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 call(**{**good, argument: value})
+            if refusal(f"{name}.{argument}", value):
+                mistakes.append(f"{what}: taken")
         except InvalidInput as refused:
+            if refusal(f"{name}.{argument}", value) not in str(refused):
+                mistakes.append(f"{what}: {refused}")
             names = [argument, *OTHER_NAMES.get((name, argument), ()), *(good if what in FITS_ELSEWHERE else ())]
             if not re.search(rf"\b({'|'.join(names)})", str(refused)) or "\n" in str(refused):
                 mistakes.append(f"{what}: {refused}")
@@ -630,7 +790,11 @@ def test_wrong_fields_are_taken_or_refused_by_name(name: str) -> None:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 replace(part, **{field: value})
+            if refusal(name, value):
+                mistakes.append(f"{what}: taken")
         except InvalidInput as refused:
+            if refusal(name, value) not in str(refused):
+                mistakes.append(f"{what}: {refused}")
             if not re.search(rf"\b({names})", str(refused)) or "\n" in str(refused):
                 mistakes.append(f"{what}: {refused}")
         except Exception as other:

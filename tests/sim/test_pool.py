@@ -51,6 +51,7 @@ def test_no_more_processes_start_than_there_are_items(
     assert started == [processes]
 
 
+@pytest.mark.draw(0)
 def test_a_killed_process_costs_what_it_was_at(tmp_path: Path) -> None:
     """Other items at work are begun again too, as loky ends all processes; kept results are not made again."""
     items = jobs(tmp_path, 12, e=(1, 0.0))

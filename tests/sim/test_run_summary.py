@@ -70,7 +70,7 @@ def test_a_summary_has_its_fields_and_no_others(end: RunSummary) -> None:
     assert np.array_equal(pickle.loads(pickle.dumps(end)).position, end.position)
 
 
-@pytest.mark.parametrize("method", draws(["nao", "nao_shared"]))
+@pytest.mark.parametrize("method", draws(["nao", "nao_shared"], 0))
 def test_memory_does_not_grow_with_time(method: str) -> None:
     """Over the second half of a run that is not recorded; of one that is, by what it records.
 

@@ -16,15 +16,14 @@ from slalom.sim.sweep.store import MISSING, OTHER, Shard, Store
 ROWS = [Row("head_on", {"duration": 0.5}, ["avo", "vo"], 7), Row("empty", {"duration": 0.3}, ["avo"], 3)]
 KILLED = """
 import os, signal
-from test_shards import ROWS
-from slalom.sim import compare_all
+from slalom.sim import Row, compare_all
 from slalom.sim.sweep.store import Shard
 
 def kill(done, total):
     if done == {done}:
         os.kill(os.getpid(), signal.SIGKILL)
 
-compare_all(ROWS, store={store!r}, shard=Shard(2, 3), progress=kill)
+compare_all({rows!r}, store={store!r}, shard=Shard(2, 3), progress=kill)
 """
 
 
@@ -50,7 +49,7 @@ def test_three_shards_of_which_one_is_killed(tmp_path: Path) -> None:
         failure["reason"] for table in first for row in table["methods"].values() for failure in row["failures"]
     } == {OTHER.reason}
     # The progress counts the runs of other shards too, made or left to them: 17 less 6, and two of its own.
-    code = KILLED.format(store=str(store.folder), done=13)
+    code = KILLED.format(store=str(store.folder), rows=ROWS, done=13)
     done = subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parent, check=False)
     assert done.returncode == -signal.SIGKILL
     lost = 6 - (len([*store.folder.glob("*.json")]) - made)

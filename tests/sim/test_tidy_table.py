@@ -6,7 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from test_recording import recorded
+from recorded_runs import recorded
 
 from slalom import InvalidFile, InvalidInput, method
 from slalom.cli import call

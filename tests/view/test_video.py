@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from draws import draws
 
 from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Rectangle, State, method
 from slalom.cli import DONE, call
@@ -52,7 +53,7 @@ def pixel(film: Film, position: np.ndarray, panel: int = 0) -> np.ndarray:
     return np.array([x, film.height - y])
 
 
-@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+@pytest.mark.parametrize("suffix", draws([".mp4", ".gif"]))
 def test_a_video_shows_the_run(run: Recording, tmp_path: Path, suffix: str) -> None:
     """Number and size of its pictures, its duration, and the robot where it was."""
     path = animate(run, tmp_path / f"run{suffix}", width=480, fps=20.0, speed=0.5, trail=0.0)

@@ -99,7 +99,7 @@ def acceleration_obstacle(dimension: int) -> slalom.ControlObstacle:
     return slalom.control_obstacle(slalom.Acceleration(), state, obstacles, shape, horizon=5.0)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", draws([2, 3]))
 @pytest.mark.parametrize("name", ["vo", "nlvo", "avo", "ao", "nao"])
 def test_a_decision_of_every_method_is_drawn_in_two_labelled_panels(name: str, dimension: int) -> None:
     decision, robot, goal = decide(name, dimension)
