@@ -38,7 +38,8 @@ class Destinations:
         self.members, self.guidance = members, guidance
         self.progress: list[float | None] = [None] * len(members.shapes)
         self.motion: TargetPaths
-        self._period, self._horizon, self._guided_only = period, horizon, only
+        self._period, self._horizon = period, horizon
+        self._guided_only = only
         self._fastest = np.array([limits.max_speed for limits in members.limits])
         self._forget()
 
@@ -112,7 +113,8 @@ class Destinations:
             self.motion, self._moving = target_paths(goals, now, self._until)
         for k in np.flatnonzero(self._moving).tolist():
             self._position[k] = goals[k].position(now)
-        each["target"][:, :d], each["final"], each["moving"] = self._position, True, self._moving
+        each["target"][:, :d], each["final"] = self._position, True
+        each["moving"] = self._moving
         each["tolerance"], each["stop"] = self._tolerance, self._stop
 
     def guide(self, table: RobotTable, now: float, joined: Flags) -> None:
@@ -122,13 +124,15 @@ class Destinations:
             return
         guide = guidance.guide
         before = guide.position.copy()
-        guide.position[:], guide.velocity[:], guide.present[:] = each["position"], each["velocity"], each["present"]
+        guide.position[:], guide.velocity[:] = each["position"], each["velocity"]
+        guide.present[:] = each["present"]
         away = np.linalg.norm(each["target"] - guide.goal, axis=1)
         new = joined | (~self._same & (away > each["tolerance"]))
         guidance.head_for(each["target"], each["tolerance"], each["stop"], new)
         guidance.note_arrivals(np.where(new[:, None], guide.position, before))
         guidance.update(now, self._period)
-        each["target"], each["tolerance"], each["stop"] = guide.target, guide.tolerance, guide.stop
+        each["target"], each["tolerance"] = guide.target, guide.tolerance
+        each["stop"] = guide.stop
         each["final"] = (guide.target == guide.goal).all(axis=1)
         each["moving"] &= each["final"]
 
@@ -157,7 +161,8 @@ class Destinations:
             shape.bounding_radius,
             partial(around.covered, robot=shape, margin=float(self.members.margins[k])),
         )
-        self.progress[k], each["max_speed"][k], each["final"][k] = step.progress, step.max_speed, step.final
+        self.progress[k], each["max_speed"][k] = step.progress, step.max_speed
+        each["final"][k] = step.final
         each["target"][k, :d] = step.goal.position(0.0)
         each["tolerance"][k], each["stop"][k] = step.goal.tolerance, step.goal.stop
 

@@ -81,7 +81,8 @@ class Targets:
         if k % scenario.steps_per_decision:
             self._known.append(self._known[-1])
             return
-        each["position"], each["velocity"], each["present"] = states.position, states.velocity, states.present
+        each["position"], each["velocity"] = states.position, states.velocity
+        each["present"] = states.present
         destinations.set(table, now, goals=self._goals)
         destinations.guide(table, now, joined=np.full(len(each), k == 0))
         rows = self._rows
