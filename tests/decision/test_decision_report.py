@@ -70,7 +70,7 @@ def test_a_budget_that_is_not_used_up_changes_nothing() -> None:
 
 
 def test_behind_a_wall_a_robot_is_stuck_and_names_it() -> None:
-    decisions = run(160, obstacles=lambda t: [WALL], stuck_after=5.0)
+    decisions = run(160, obstacles=lambda t: [WALL], stuck_after=5.0, detours=())
     assert not decisions[20].stuck
     assert decisions[-1].stuck
     assert decisions[-1].outcome is slalom.Outcome.KEPT

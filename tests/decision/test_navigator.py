@@ -345,7 +345,7 @@ def test_each_obstacle_counts_until_its_own_horizon() -> None:
 def test_the_safe_time_is_long_enough_to_stop(speed: float, max_acceleration: float) -> None:
     """Towards a wall that is in the way of everything, seen only when it matters: the robot stops before it."""
     wall = Obstacle(Polyline([(60.0, -90.0), (60.0, 90.0)]), Stationary((0.0, 0.0)), "wall")
-    robot = navigator(limits=Limits(8.0, max_acceleration), horizon=20.0, horizons=SafeTime(0.4))
+    robot = navigator(limits=Limits(8.0, max_acceleration), horizon=20.0, horizons=SafeTime(0.4), detours=())
     state, decision, outcomes = at(2, speed), None, set()
     for k in range(400):
         decision = robot.decide(state, [wall], Goal(Stationary((80.0, 0.0)), 1.0), now=0.1 * k, previous=decision)
@@ -703,7 +703,7 @@ def test_mix_is_the_weighted_mean(method: str, weights: tuple[float, float]) -> 
 def judged(patience: float) -> tuple[Navigator, list[Step], list[Obstacle]]:
     """A run whose manoeuvres are changed more often the less patience there is."""
     rng = np.random.default_rng(15)
-    robot, others = navigator(patience=patience, limits=Limits(4.0, 3.0)), crowd(rng, 2, 10)
+    robot, others = navigator(patience=patience, limits=Limits(4.0, 3.0), detours=()), crowd(rng, 2, 10)
     return robot, list(follow(robot, at(2, 1.0), others, goal(2, 30.0), 50)), others
 
 

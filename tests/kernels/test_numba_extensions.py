@@ -21,11 +21,11 @@ NUMBERS = {"int", "float", "bool"}
 AGAIN = """
 import numpy as np
 from slalom.kernels.jit import kernel
-from slalom.kernels.decision.costs import detour_length
+from slalom.kernels.decision.detours import detour_length
 
 @kernel
 def twice(a, b):
-    return 2.0 * detour_length(a, b, 0.0, 0.0, 1.0)
+    return 2.0 * detour_length(a, b, np.zeros(2), 1.0)
 
 part = detour_length.get_overload.__self__
 print(twice(np.array([-3.0, 0.0]), np.array([3.0, 0.1])) > 0.0)

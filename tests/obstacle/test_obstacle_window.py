@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import shapely
 from parts import TRAJECTORIES, disc_or_ball
 
 from slalom import (
@@ -42,7 +41,6 @@ from slalom import (
 )
 from slalom.base.tolerances import INTERPOLATION
 from slalom.obstacle.pieces import Bodies, Reach
-from slalom.obstacle.table import BALL_FILLED
 from slalom.peers import contender
 
 WINDOWS = ((-0.8, 0.5), (0.0, 4.0), (1.0, 2.0), (3.3, 3.5), (6.5, 4.0), (30.0, 4.0))
@@ -210,7 +208,13 @@ def test_tracks_decide_as_obstacles(method: str, unsure: Uncertainty | None, d: 
     state, goal = State(zero, 0.5 * np.eye(d)[0]), Goal(Stationary(12.0 * np.eye(d)[0]), 0.5)
     forecast = AtConstantVelocity() if method in ("vo", "avo") else AtConstantAcceleration()
     tracks = Tracks(
-        places, velocities, radii, accelerations=accelerations, uncertainty=unsure, forecast=AtConstantAcceleration()
+        places,
+        velocities,
+        radii,
+        accelerations=accelerations,
+        uncertainty=unsure,
+        forecast=AtConstantAcceleration(),
+        braking=0.0,
     )
     obstacles = [
         Obstacle(disc_or_ball(r, d), forecast(ConstantAcceleration(p, v, a), 0.0), uncertainty=unsure)
@@ -274,19 +278,10 @@ def test_a_window_without_some_tracks_is_the_window_without_their_obstacles(abse
     assert np.flatnonzero(np.isinf(first.initial_clearances)).tolist() == absent
 
 
-def fills_ball(obstacle: Obstacle) -> bool:
-    """Whether it has one part, with 0.4 of the area of the disc about its position that contains it."""
-    if len(obstacle.shape.parts) > 1:
-        return False
-    ((corners, radius),) = obstacle.shape.parts
-    area = shapely.MultiPoint(corners).convex_hull.buffer(radius, quad_segs=64).area
-    return bool(area > BALL_FILLED * np.pi * obstacle.shape.bounding_radius**2)
-
-
 @pytest.mark.parametrize("forecast", [AtConstantTurn(), AcceleratingBriefly(0.5), None])
 @pytest.mark.parametrize("start", [1.0, 1.3, 4.0])
 def test_balls_at_the_horizon_are_those_of_the_obstacles_one_by_one(start: float, forecast: Forecast | None) -> None:
-    """Of tracks, tables and lists, without those that are left out, have gone, or fill little of their ball."""
+    """Of tracks, tables and lists, without those that are left out, have gone, or have several parts."""
     places, velocities, accelerations, radii = crowd(np.random.default_rng(8), 2)
     tracks = Tracks(places, velocities, radii, 1.0, accelerations=accelerations, forecast=forecast)
     walls = Obstacle(Polyline([(0.0, 3.0), (12.0, 3.0), (12.0, 9.0)]), Stationary((0.0, 0.0)))
@@ -294,14 +289,18 @@ def test_balls_at_the_horizon_are_those_of_the_obstacles_one_by_one(start: float
     every, without = [*given, *tracks.obstacles], [1, 7, 9]
     end = start + 4.0
     fence = Obstacle(Polyline([(0.0, 5.0), (4.0, 5.0)], 0.1), Stationary((0.0, 0.0)))
-    assert len(ObstacleWindow([fence], start, 4.0).at_horizon()) == 0
-    kept = [k for k, o in enumerate(every) if fills_ball(o) and o.contact_at_rest and k not in without]
+    assert len(ObstacleWindow([fence], start, 4.0).at_horizon().corners) == 4
+    kept = [k for k, o in enumerate(every) if len(o.shape.parts) == 1 and o.contact_at_rest and k not in without]
     kept = [k for k in kept if every[k].exists(end)]
     for together in (every, [ObstacleTable(given), tracks], [*given, tracks], [ObstacleTable(given), *every[7:]]):
-        found = ObstacleWindow(together, start, 4.0).without(np.array(without)).at_horizon()
-        expected = [every[k].trajectory.position(end) for k in kept]
-        np.testing.assert_allclose(found["position"][:, :2], expected, atol=1e-9)
-        np.testing.assert_array_equal(found["radius"], [every[k].shape.bounding_radius for k in kept])
+        found, corners = ObstacleWindow(together, start, 4.0).without(np.array(without)).at_horizon()
+        order = np.lexsort(found["position"].T)
+        expected = np.array([every[k].trajectory.position(end) for k in kept])
+        ball = np.array([every[k].shape.bounding_radius for k in kept])
+        rows = np.lexsort(np.hstack([expected, np.zeros((len(kept), 1))]).T)
+        np.testing.assert_allclose(found["position"][order, :2], expected[rows], atol=1e-9)
+        np.testing.assert_array_equal(found["ball"][order], ball[rows])
+        assert found["last"].max() <= len(corners)
 
 
 def test_an_obstacle_by_its_number() -> None:

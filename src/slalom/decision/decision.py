@@ -164,6 +164,13 @@ Larger: slow robots count as stuck. Smaller: a robot that swings behind an obsta
 """
 
 
+HELD_UP: Final = 0.6
+"""[1] A robot that comes nearer to its goal at less than this share of its largest speed is held up.
+
+Larger: more choices while it lets others pass. Smaller: it follows others that are slower.
+"""
+
+
 def approach_of(
     goal: Goal | None, state: State, progress: float | None, max_speed: float, now: float, last: Approach | None
 ) -> Approach | None:
@@ -184,13 +191,13 @@ def approach_of(
     if progress is not None and isinstance(goal, PathGoal):
         left = max(left, goal.length - progress)
     left = max(left - goal.tolerance, 0.0)
-    if (
-        last is not None
-        and 0.0 < left > last.distance - APPROACH_TIME * max_speed
-        and dist(place, last.target.tolist()) <= goal.tolerance
-    ):
-        return last
-    return Approach(left, now, target)
+    pace = left + HELD_UP * max_speed * now
+    if last is None or left == 0.0 or dist(place, last.target.tolist()) > goal.tolerance:
+        return Approach(left, now, target, pace, now)
+    pace, paced = (pace, now) if pace <= last.pace else (last.pace, last.paced)
+    if left <= last.distance - APPROACH_TIME * max_speed:
+        return Approach(left, now, target, pace, paced)
+    return last if paced == last.paced else last._replace(pace=pace, paced=paced)
 
 
 class Approaches:

@@ -44,7 +44,7 @@ OBSTACLE_KEYS: Final = (
     *("name", "heading", "after_end", "contact_at_rest", "shape", "trajectory", "uncertainty", "probability", "owner"),
 )
 """Keys of an obstacle in their order in files."""
-TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares", "probabilities")
+TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares", "braking", "probabilities")
 """Attributes of `Tracks` in files, besides the states."""
 
 
@@ -145,7 +145,7 @@ def _tracks(tracks: Tracks, where: str) -> dict[str, Any]:
             _optional(doubt, UNCERTAINTIES, f"{where}.uncertainties[{k}]")
             for k, doubt in enumerate(tracks.uncertainties)
         ],
-        **_named(tracks, ("shares", "probabilities")),
+        **_named(tracks, ("shares", "braking", "probabilities")),
     }
 
 

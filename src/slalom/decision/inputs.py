@@ -20,6 +20,8 @@ class Approach(NamedTuple):
     distance: float  # [m] that was left, without the tolerance of the goal
     since: float  # [s] absolute time
     target: Array  # (d,) [m] position of the goal then
+    pace: float  # [m] the least distance left so far, plus what a robot drives that is not held up, see HELD_UP
+    paced: float  # [s] absolute time of that
 
 
 class Commitment(NamedTuple):

@@ -22,7 +22,7 @@ from slalom.decision.objective import (
     parts_of,
     preferred_control,
 )
-from slalom.decision.settings import Settings
+from slalom.decision.settings import DETOURS, HELD_UP_TIME, Settings
 from slalom.decision.tables import (
     RobotRow,
     Skeletons,
@@ -47,6 +47,7 @@ from slalom.kernels.decision.tables import (
     MIXED,
     NO_OBJECTIVES,
     PREFERRED,
+    AtHorizon,
     DecisionTables,
     Objectives,
     Paths,
@@ -63,7 +64,7 @@ from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import Reach
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.tracks import SAME_DIRECTION, Tracks
 from slalom.obstacle.window import ObstacleWindow
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -87,6 +88,33 @@ class Request(NamedTuple):
     def target(self) -> Goal:
         """The goal, or the next target on the path to it."""
         return self.goal if self.step is None else self.step.goal
+
+
+def detours_of(request: Request) -> tuple[float, ...]:
+    """The detours [rad] that a decision considers: those of the robot, by default only where it is held up."""
+    robot, previous = request.robot, request.previous
+    last = None if previous is None else previous.approach
+    if robot.detours is not None or last is None:
+        return robot.detours or ()
+    patient = HELD_UP_TIME * robot.limits.max_speed / robot.limits.max_acceleration
+    return DETOURS if request.now - last.paced >= patient else ()
+
+
+def in_the_way(at_horizon: AtHorizon, position: Array, target: Array, around: float) -> AtHorizon:
+    """The obstacles that hold up a robot at `position` (d,) [m] on its straight way to the target (d,) [m].
+
+    Those at rest, and those that move in that direction, if one of them covers a part of the way to `around` [m];
+    otherwise none.
+    """
+    each, d = at_horizon.each, len(position)
+    way, moved = target - position, each["moved"][:, :d]
+    length = max(float(np.linalg.norm(way)), 1e-9)
+    each = each[moved @ way >= SAME_DIRECTION * length * np.linalg.norm(moved, axis=1)]
+    away = each["position"][:, :d] - each["moved"][:, :d] - position
+    along = np.clip(away @ way / length, 0.0, length)
+    beside = np.linalg.norm(away - along[:, None] * way / length, axis=1)
+    blocks = (beside < each["ball"] + around).any()
+    return at_horizon._replace(each=each if blocks else each[:0])
 
 
 def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
@@ -325,10 +353,19 @@ class PolicyTables:
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own.moving[:] = target_paths([goal], now, now + self.robot.horizon + latest)
         # Only costs of arrival count detours.
-        detours, around = bool(self.robot.detours) and arrives, self.reach(state, others, enough)
-        bodies = self._skeletons.grown_bodies(0, obstacles, detours=detours, around=around)
+        angles = detours_of(request)
+        around = self.reach(state, others, enough)
+        bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(angles) and arrives, around=around)
+        if angles and self.robot.detours is None:
+            radius = self.robot.robot.bounding_radius + self.robot.margin
+            blocking = in_the_way(bodies.at_horizon, state.position, target, radius)
+            angles = angles if len(blocking.each) else ()
+            bodies = bodies._replace(at_horizon=blocking)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
-        settings = self._settings._replace(now=float(now), budget=1e6 * float(request.limit))
+        held_up = bool(angles) and self.robot.detours is None
+        settings = self._settings._replace(
+            now=float(now), budget=1e6 * float(request.limit), detours=np.array(angles), held_up=held_up
+        )
         if others is not None and others.shares is not None and settings.share < 1.0:
             # The robot does the rest, see `reciprocity.share_of`.
             rest = (1.0 - others.shares) / others.shares

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from math import radians
 from typing import Annotated, Any, Final, TypeAlias, TypedDict
 
 import numpy as np
@@ -34,7 +35,7 @@ from slalom.model.response import Response
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle.horizon import Horizon
-from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.obstacle.window import Obstacles, ObstacleWindow, followed
 
 
 def within_horizon(period: float, horizon: float) -> None:
@@ -51,15 +52,30 @@ def checked_holds(holds: Sequence[float], name: str) -> tuple[float, ...]:
     return tuple(duration(hold, f"{name}[{k}]") for k, hold in enumerate(holds))
 
 
-def checked_detours(detours: Sequence[float], name: str) -> tuple[float, ...]:
-    """The angles [rad] of detours. Raises InvalidInput for something else."""
+def checked_detours(detours: Sequence[float] | None, name: str) -> tuple[float, ...] | None:
+    """The angles [rad] of detours, or None. Raises InvalidInput for something else."""
+    if detours is None:
+        return None
     listing(detours, "angles", name)
     return tuple(number(angle, f"{name}[{k}]") for k, angle in enumerate(detours))
 
 
 Duration: TypeAlias = Annotated[float, duration]
 Holds: TypeAlias = Annotated[tuple[float, ...], checked_holds]
-Detours: TypeAlias = Annotated[tuple[float, ...], checked_detours]
+Detours: TypeAlias = Annotated[tuple[float, ...] | None, checked_detours]
+
+DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 60.0))
+"""[rad] Directions of detours, from the direction to the target; first to the right.
+
+More values: more choices per decision. Fewer: robots that block each other stop. Without those to the left: a robot
+with a wall at its right stops.
+"""
+
+HELD_UP_TIME: Final = 1.5
+"""[1] A robot alone that is held up for this many times of those in which it reaches its largest speed takes detours.
+
+Larger: it waits longer before what blocks its way. Smaller: more choices while it lets others pass.
+"""
 
 
 @dataclass(frozen=True)
@@ -95,8 +111,10 @@ class Settings:
         patience: [1] share of the time that keeping a manoeuvre may cost.
         objective: the quantity to minimise.
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
-        detours: angles [rad] by which the desired velocity is turned if it is not collision-free, in the plane; among
-            equal ones the first is taken. Without detours, a robot blocked by a permanent obstacle never arrives.
+        detours: angles [rad] by which the desired velocity is turned if it is not collision-free; among equal ones the
+            first is taken. None: DETOURS for a robot that is held up by what
+            rests or moves ahead of it, see HELD_UP_TIME. Without detours, a robot blocked by
+            a permanent obstacle never arrives.
         stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
         risk: what avoiding improbable futures of obstacles may cost, see `Obstacle.probability`.
 
@@ -114,7 +132,7 @@ class Settings:
     patience: NotNegative = 0.01
     objective: Objective = field(default_factory=Arrive)
     horizons: Horizon | None = None
-    detours: Detours = ()
+    detours: Detours = None
     stuck_after: Positive = 10.0
     risk: Risk = field(default_factory=Risk)
 
@@ -138,7 +156,7 @@ class Settings:
         return min(step_of(response, self.horizon, self.period) for response in self._responses)
 
     def numbers(self, *, among: bool) -> DecisionSettings:
-        """The settings as kernels take them, at time 0 and without shared manoeuvres.
+        """The settings as kernels take them, at time 0, without shared manoeuvres and without detours by default.
 
         Args:
             among: whether there are other robots that decide by the same method.
@@ -157,7 +175,8 @@ class Settings:
             agrees=method.agrees and among,
             stops_at_obstacles=method.stops_at_obstacles and among,
             shared=False,
-            detours=np.array(self.detours, dtype=np.float64),
+            detours=np.array(self.detours or (), dtype=np.float64),
+            held_up=False,
             budget=np.inf,
         )
 
@@ -166,6 +185,7 @@ class Settings:
 
         Obstacles that appear later are included only if the forecast contains them.
         """
+        obstacles = followed(obstacles, state, self.limits)
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
         window.refuse_worlds()
         if self.horizons is None:

@@ -15,6 +15,7 @@ from slalom.kernels.arrays import Corners, Flags, Indices, Records, zero_records
 from slalom.kernels.decision.tables import (
     BALL_WINDOWS,
     RESPONSE_WINDOWS,
+    AtHorizon,
     Bounds,
     DecisionSettings,
     GrownBodies,
@@ -407,7 +408,7 @@ def _peaks(r: int, response: Response, horizon: float, dimension: int) -> list[t
 # The bodies of obstacles and robots, grown by the shapes of robots, from which the compiled policy decides.
 
 
-NONE_AT_HORIZON: Final = zero_records(ObstacleAtHorizon, 0)
+NONE_AT_HORIZON: Final = AtHorizon(zero_records(ObstacleAtHorizon, 0), np.empty((0, 4)))
 
 
 class Skeletons:

@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
 from functools import partial
-from math import radians
-from typing import Final, NamedTuple, Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +31,7 @@ from slalom.decision import Outcome
 from slalom.decision.decision import Approaches
 from slalom.decision.methods import Method, margin_among
 from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
-from slalom.decision.settings import FleetSettings, Settings
+from slalom.decision.settings import DETOURS, FleetSettings, Settings
 from slalom.decision.tables import (
     Skeletons,
     bounds_of,
@@ -75,13 +74,6 @@ from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, fitting, in_world
 from slalom.perception.sight import Sight
-
-DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 60.0))
-"""[rad] Directions of detours of robots that meet each other, from the direction to the target; first to the right.
-
-More values: more choices per decision. Fewer: robots that block each other stop. Without those to the left: a robot
-with a wall at its right stops.
-"""
 
 
 class FleetDecision(NamedTuple):

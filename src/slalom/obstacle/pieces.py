@@ -14,7 +14,7 @@ from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Pieces, Rec
 from slalom.kernels.decision.tables import EVERY_WORLD, PassiveBody
 from slalom.model.path import Path
 from slalom.model.shape import Part, Shape
-from slalom.model.trajectory import PiecewisePolynomial
+from slalom.model.trajectory import PiecewisePolynomial, Trajectory
 from slalom.model.trajectory.kinds import cubic_paths
 from slalom.obstacle.obstacle import Obstacle
 
@@ -155,6 +155,10 @@ Larger: more pieces. Smaller: the radius is larger than needed in between.
 """
 
 
+STRETCHED_PART: Final = Part(np.array([(0.0, 0.0), (-1.0, 0.0)]), 0.0)
+"""A body from its predicted place to where it is if it brakes, whose displacement is the direction of the body."""
+
+
 class Reach(NamedTuple):
     """The ball that a robot stays in within a window of time: bodies farther away from it may be left out."""
 
@@ -250,12 +254,13 @@ def joined(
     shapes: list[MinkowskiSum],
     tables: list[Pieces],
     start: float,
+    stretched: bool = False,
 ) -> Bodies:
-    """The pieces of obstacles `indices`, times from `start` on."""
+    """The pieces of obstacles `indices`, times from `start` on; `stretched`: some by the way to where they brake to."""
     sizes = np.array([len(shape.radius) for shape in shapes])
     owner, count = np.repeat(np.array(indices), sizes), int(sizes.sum())
     lengths = [len(table.body) for table in tables]
-    turning = any(obstacles[index].turns for index in indices)
+    turning = stretched or any(obstacles[index].turns for index in indices)
     pieces = Pieces(
         np.concatenate([t.times for t in tables]) - start,
         np.concatenate([t.points for t in tables]),
@@ -289,11 +294,19 @@ def joined(
 
 
 def pieces_of_each(
-    obstacles: Sequence[Obstacle], robot: Shape, start: float, until: Array, decided: float | None = None
+    obstacles: Sequence[Obstacle],
+    robot: Shape,
+    start: float,
+    until: Array,
+    decided: float | None = None,
+    braking: Array | None = None,
 ) -> Bodies:
     """The pieces of obstacles from `start` on, up to `until` (n,) [s] after it; those that do not exist have none.
 
-    decided: when they were predicted [s]; None: at the start.
+    Args:
+        decided: when they were predicted [s]; None: at the start.
+        braking: (n,) [m/s^2] deceleration up to which each may brake from that time on; only for discs in the plane.
+            Its body covers all places from the predicted one to that of the hardest braking. None: they do not brake.
     """
     shapes = []
     indices = []
@@ -309,11 +322,54 @@ def pieces_of_each(
         return no_bodies(robot.dimension)
     foreseen = start if decided is None else decided
     paths = _paths_at_once([obstacles[index] for index in indices], spans)
+    ways: list[Path | None] = [None] * len(indices)
+    for k, index in enumerate(() if braking is None else indices):
+        assert braking is not None
+        way = braking_displacement(obstacles[index].trajectory, float(braking[index]), foreseen, *spans[k])
+        longest = float(np.linalg.norm(way.points, axis=2).max())
+        shape = _stretched_sum(obstacles[index].shape.bounding_radius, robot)  # type: ignore[arg-type]  # a value
+        ways[k], shapes[k] = way, shape._replace(hull_radius=shape.hull_radius + max(longest - 1.0, 0.0))
     tables = [
-        rows_of(obstacles[index], shape, foreseen, *span, paths.get(k))
+        rows_of(obstacles[index], shape, foreseen, *span, paths.get(k), ways[k])
         for k, (index, shape, span) in enumerate(zip(indices, shapes, spans, strict=True))
     ]
-    return joined(obstacles, indices, shapes, tables, start)
+    return joined(obstacles, indices, shapes, tables, start, braking is not None)
+
+
+@lru_cache(maxsize=256)
+def _stretched_sum(radius: float, robot: Shape) -> MinkowskiSum:
+    """Minkowski sum of a disc, stretched by a displacement that is the direction of the body, and a robot."""
+    parts = [(_turning(STRETCHED_PART, other), other) for other in robot.parts]
+    return MinkowskiSum(
+        np.array([offset for (offset, _), _ in parts]),
+        np.array([len(corners) for (_, corners), _ in parts], dtype=np.int64),
+        np.concatenate([corners for (_, corners), _ in parts]),
+        np.array([radius + other.radius for _, other in parts]),
+        np.array([float((_length(c[:, :3]) + _length(c[:, 3:])).max()) for (_, c), _ in parts]),
+        np.array([len(other.corners) > 1 for _, other in parts]),
+    )
+
+
+def braking_displacement(trajectory: Trajectory, braking: float, since: float, begin: float, end: float) -> Path:
+    """The displacement (2,) [m] from where an obstacle is if it brakes to where it is on its trajectory.
+
+    It brakes at `braking` [m/s^2] from `since` [s] on, along its velocity then, and stays at rest. At least
+    SMALLEST_EXTENT long. From begin to end, absolute [s], in cubic pieces.
+    """
+    place, velocity = trajectory.position(since), trajectory.velocity(since)
+    speed = float(np.linalg.norm(velocity))
+    ahead, rest = velocity / speed, since + speed / braking
+    path = trajectory.path(begin, end)
+    times = np.union1d(path.times, [rest]) if begin < rest < end else path.times
+    path = path.cut(times)
+    moved = np.clip(times, since, rest) - since
+    slowed = np.where(times < rest, speed - braking * moved, 0.0)
+    widths = np.diff(times) / 3.0
+    first, last = (speed - 0.5 * braking * moved) * moved, np.empty((len(widths), 4))
+    last[:, 0], last[:, 3] = first[:-1], first[1:]
+    last[:, 1], last[:, 2] = first[:-1] + widths * slowed[:-1], first[1:] - widths * slowed[1:]
+    braked = place + last[..., None] * ahead - SMALLEST_EXTENT * ahead
+    return Path(times, path.points - braked, path.error)
 
 
 def _paths_at_once(obstacles: Sequence[Obstacle], spans: Sequence[tuple[float, float]]) -> dict[int, Path]:
@@ -387,7 +443,13 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
 
 
 def rows_of(
-    obstacle: Obstacle, shape: MinkowskiSum, decided: float, begin: float, end: float, known: Path | None = None
+    obstacle: Obstacle,
+    shape: MinkowskiSum,
+    decided: float,
+    begin: float,
+    end: float,
+    known: Path | None = None,
+    way: Path | None = None,
 ) -> Pieces:
     """The pieces of an obstacle's bodies from begin to end, all absolute [s], foreseen at `decided`.
 
@@ -395,6 +457,7 @@ def rows_of(
 
     Args:
         known: the path, of an uncertain obstacle cut at `_uncertain_knots`; None: not made yet.
+        way: see `braking_displacement`, of a disc that may brake.
     """
     if not begin < end:
         return no_bodies(obstacle.dimension).pieces
@@ -405,16 +468,16 @@ def rows_of(
         path = path.cut(_uncertain_knots(path, begin, end)) if known is None else path
         widths = obstacle.uncertainty.radius(path.times - decided, obstacle.dimension)
         radius, growth = path.error + widths[:-1], np.diff(widths)
-    if obstacle.turns:
+    if obstacle.turns or way is not None:
         largest = max(float(shape.hull_radius.max()), SMALLEST_EXTENT)
-        course = obstacle.directions(begin, end, INTERPOLATION / largest)
+        course = obstacle.directions(begin, end, INTERPOLATION / largest) if way is None else way
         times = np.union1d(path.times, course.times)
         k = np.clip(np.searchsorted(path.times, times[:-1], side="right") - 1, 0, len(growth) - 1)
         width = np.diff(path.times)[k]
         radius = radius[k] + growth[k] * (times[:-1] - path.times[k]) / width
         growth = growth[k] * np.diff(times) / width
         path, course = path.cut(times), course.cut(times)
-        turns, radius = course.points, radius + course.error * largest
+        turns, radius = course.points, radius + course.error * (largest if way is None else 1.0)
     b, n = len(shape.radius), len(path.points)
     times = np.empty((n, 2))
     times[:, 0], times[:, 1] = path.times[:-1], path.times[1:]

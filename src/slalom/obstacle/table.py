@@ -10,11 +10,11 @@ from slalom import kernels
 from slalom.base.checks import Array, has
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import LARGEST
-from slalom.kernels.arrays import Flags, Indices, Records, zero_records
-from slalom.kernels.decision.tables import EVERY_WORLD, ObstacleAtHorizon
+from slalom.kernels.arrays import Flags, Indices, joined_records, zero_records
+from slalom.kernels.decision.tables import EVERY_WORLD, AtHorizon, ObstacleAtHorizon
 from slalom.model.shape import Shape
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies, Reach, joined, minkowski_sum, no_bodies, rows_of
+from slalom.obstacle.pieces import Bodies, Reach, joined, minkowski_sum, no_bodies, outline_parts, rows_of
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles at the horizon, from which the costs of detours are estimated.
@@ -26,14 +26,19 @@ BALL_FILLED: Final = 0.4
 A car fills 0.44. Larger: no such costs for more obstacles. Smaller: robots beside walls stay where they are.
 """
 
+NO_CORNERS: Final = np.empty((0, 4))
+
 
 def represented(obstacles: Sequence[Obstacle]) -> Indices:
-    """The obstacles that a ball represents, contacts with which count while the robot is at rest.
+    """The obstacles around which detours lead, contacts with which count while the robot is at rest.
 
-    Obstacles of several parts, and those that fill little of their ball, such as walls, are left out.
+    They have one part, which is a ball in space.
     """
-    filled = [o.contact_at_rest and fills_ball(cast(Hashable, o.shape)) for o in obstacles]
-    return np.flatnonzero(np.array(filled, np.bool_))
+    fit = [
+        o.contact_at_rest and len(o.shape.parts) == 1 and (o.dimension == 2 or len(o.shape.parts[0].corners) == 1)
+        for o in obstacles
+    ]
+    return np.flatnonzero(np.array(fit, np.bool_))
 
 
 @lru_cache(maxsize=1024)
@@ -43,8 +48,6 @@ def fills_ball(shape: Shape) -> bool:
     That ball is large for a wall whose corners are far from its position. A robot beside the wall is inside of it. It
     would find each way along the wall longer than no motion at all.
     """
-    if len(shape.parts) > 1:
-        return False
     ((corners, radius),) = shape.parts
     if len(corners) == 1:
         area = np.pi * radius**2
@@ -56,15 +59,46 @@ def fills_ball(shape: Shape) -> bool:
     return bool(area >= BALL_FILLED * np.pi * shape.bounding_radius**2)
 
 
-def at_horizon(obstacles: Sequence[Obstacle], some: Indices, t: float) -> Records[ObstacleAtHorizon]:
-    """Some of the obstacles (m,), which exist at time t [s], as they are then."""
-    found = zero_records(ObstacleAtHorizon, len(some))
+def at_horizon(obstacles: Sequence[Obstacle], some: Indices, start: float, t: float) -> AtHorizon:
+    """Some of the obstacles (m,), which exist at time t [s], as they are then, after a decision at the start [s]."""
+    found, corners = zero_records(ObstacleAtHorizon, len(some)), list[Array]()
     for row, k in enumerate(some.tolist()):
         position = obstacles[k].trajectory.position(t)
-        found["position"][row, : len(position)] = position
-        found["radius"][row] = obstacles[k].shape.bounding_radius
+        before = obstacles[k].trajectory.position(max(start, obstacles[k].trajectory.span[0]))
+        found["position"][row, : len(position)], found["moved"][row, : len(position)] = position, position - before
+        ((_, radius),) = parts = obstacles[k].shape.parts
+        found["radius"][row], found["ball"][row] = radius, obstacles[k].shape.bounding_radius
+        found["filled"][row] = fills_ball(cast(Hashable, obstacles[k].shape))
+        found["first"][row] = found["last"][row] = sum(map(len, corners))
+        if len(parts[0].corners) > 1:
+            corners.append(_outward(outline_parts(obstacles[k], t)[0].corners))
+            found["last"][row] += len(corners[-1])
     found["world"] = EVERY_WORLD
-    return found
+    return AtHorizon(found, np.concatenate([NO_CORNERS, *corners]))
+
+
+def _outward(corners: Array) -> Array:
+    """Rows (n, 4) of `AtHorizon.corners` of a convex body with corners (m, 2) [m] in order; four for a line."""
+    if len(corners) == 2:
+        along = (corners[1] - corners[0]) / np.linalg.norm(corners[1] - corners[0])
+        side = np.array([-along[1], along[0]])
+        ends = corners[[0, 0, 1, 1]]
+        return np.hstack([ends, np.sqrt(0.5) * np.array([side - along, -side - along, along - side, along + side])])
+    following = np.roll(corners, -1, axis=0)
+    if float(np.sum(corners[:, 0] * following[:, 1] - corners[:, 1] * following[:, 0])) < 0.0:
+        corners = corners[::-1]
+    away = corners - corners.mean(axis=0)
+    return np.hstack([corners, away / np.linalg.norm(away, axis=1)[:, None]])
+
+
+def joined_at_horizon(parts: Sequence[AtHorizon]) -> AtHorizon:
+    """The obstacles at the horizon of several parts, one after the other."""
+    each = joined_records([part.each for part in parts])
+    before = np.cumsum([0, *(len(part.corners) for part in parts)])[:-1]
+    by = np.repeat(before, [len(part.each) for part in parts])
+    each["first"] += by
+    each["last"] += by
+    return AtHorizon(each, np.concatenate([part.corners for part in parts]))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -169,23 +203,24 @@ class ObstacleTable:
         found = bodies._replace(pieces=pieces, balls=balls, first_piece=first)
         return found if each is bodies.each else found._replace(each=each, hull=bodies.hull[some])
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
-        """The obstacles that balls represent and that exist after `horizon` [s] from the start: numbers and balls."""
-        t, (some, still, resting) = start + horizon, self._represented
-        there = self.exist(t)[some]
-        found = resting.copy()
-        moving = np.flatnonzero(there & ~still)
-        found[moving] = at_horizon(self.obstacles, some[moving], t)
-        return some[there], found[there]
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
+        """Those around which detours lead and that exist after `horizon` [s] from the start: numbers, and as then."""
+        t, (still, moving, resting) = start + horizon, self._represented
+        there = self.exist(t)
+        found = resting._replace(each=resting.each[there[still]])
+        if not len(moving):
+            return still[there[still]], found
+        some = moving[there[moving]]
+        return np.append(still[there[still]], some), joined_at_horizon(
+            [found, at_horizon(self.obstacles, some, start, t)]
+        )
 
     @cached_property
-    def _represented(self) -> tuple[Indices, Flags, Records[ObstacleAtHorizon]]:
-        """The obstacles (m,) that balls represent, which of them are at rest, and the balls of these."""
+    def _represented(self) -> tuple[Indices, Indices, AtHorizon]:
+        """The obstacles around which detours lead: those at rest (m,), those that move (k,), and the first ones."""
         some = represented(self.obstacles)
-        still = np.array([self.obstacles[k].at_rest for k in some], np.bool_)
-        found = zero_records(ObstacleAtHorizon, len(some))
-        found[still] = at_horizon(self.obstacles, some[still], 0.0)
-        return some, still, found
+        rests = np.array([self.obstacles[k].at_rest for k in some], np.bool_)
+        return some[rests], some[~rests], at_horizon(self.obstacles, some[rests], 0.0, 0.0)
 
     def stretch(self, robot: Shape, start: float, horizon: float) -> tuple[Bodies, Array]:
         """All bodies grown by a robot's shape, and balls (b, 4) [m] that hold each, see `kernels.body_balls`.

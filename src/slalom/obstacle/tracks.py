@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,11 +23,14 @@ from slalom.base.checks import (
     whole_numbers,
 )
 from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import REST
 from slalom.forecast.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.forecast.linear import table_between, table_until
-from slalom.kernels.arrays import Indices, Pieces, Records, zero_records
-from slalom.kernels.decision.tables import EVERY_WORLD, ObstacleAtHorizon
+from slalom.kernels.arrays import Indices, Pieces, zero_records
+from slalom.kernels.decision.tables import EVERY_WORLD, AtHorizon, ObstacleAtHorizon
+from slalom.model.limits import Limits
 from slalom.model.shape import Shape, round_shape
+from slalom.model.state import State
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.model.uncertainty import Uncertainty
 from slalom.obstacle.obstacle import Obstacle
@@ -36,12 +39,19 @@ from slalom.obstacle.pieces import (
     UNCERTAINTY_PIECES,
     Bodies,
     Reach,
+    merged,
     no_bodies,
     passive_bodies,
     pieces_of_each,
     sum_of_shapes,
 )
-from slalom.obstacle.table import at_horizon
+from slalom.obstacle.table import NO_CORNERS, at_horizon
+
+SAME_DIRECTION: Final = 0.7
+"""[1] Cosine of the angle between two velocities up to which one follows the other: 45 degrees.
+
+Larger: a robot is not ready for a leader on a bend that brakes. Smaller: it also waits for others that cross its way.
+"""
 
 
 class Tracks:
@@ -59,6 +69,9 @@ class Tracks:
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
         shares: (n,) or one for all, part [1] of the avoidance that each does itself, from 0 to 0.5, as `Reciprocity`
             estimates it. It counts for `Navigator.decide(robots=)`; None: as the method says.
+        braking: (n,) or one for all [m/s^2], deceleration up to which those may brake that move ahead of the robot and
+            in its direction: it follows them. Its decisions then avoid all places from the predicted one to that of
+            the hardest braking. None: as hard as the robot itself; 0: they keep to the prediction. Discs in the plane.
         probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
 
@@ -80,6 +93,7 @@ class Tracks:
         uncertainty: Uncertainty | Sequence[Uncertainty | None] | None = None,
         worlds: npt.ArrayLike | None = None,
         shares: npt.ArrayLike | None = None,
+        braking: npt.ArrayLike | None = None,
         probabilities: npt.ArrayLike | None = None,
     ) -> None:
         places = array(positions, "positions")
@@ -114,6 +128,9 @@ class Tracks:
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
         self._everywhere = worlds is None
         self.shares = None if shares is None else self._checked(shares)
+        self.braking = None if braking is None else self._checked_braking(braking)
+        # Of those that a robot follows, see `followed_by`.
+        self._braking: Array | None = None
         self.probabilities = None if probabilities is None else array_of(probabilities, "probabilities", (n,))
         for k, weight in enumerate(() if self.probabilities is None else self.probabilities.tolist()):
             probability(weight, f"probabilities[{k}]")
@@ -138,6 +155,30 @@ class Tracks:
         if np.any((found < 0.0) | (found > 0.5)):
             raise InvalidInput(f"shares: expected numbers from 0 to 0.5, found {found.tolist()}")
         return found
+
+    def _checked_braking(self, braking: npt.ArrayLike) -> Array:
+        found = each_number(braking, "braking", len(self))
+        if np.any(found < 0.0):
+            raise InvalidInput(f"braking: expected numbers of 0 m/s^2 or more, found {found.tolist()}")
+        if self.dimension == 3 and np.any(found > 0.0):
+            raise InvalidInput(f"braking: expected 0 m/s^2 in space, found {found.tolist()}")
+        return found
+
+    def followed_by(self, state: State, limits: Limits) -> "Tracks":
+        """The same tracks, of which those may brake that a robot in `state` follows: see `braking`.
+
+        It follows those that move in its direction, to SAME_DIRECTION, and lie ahead of it by the same measure.
+        """
+        if self.dimension == 3 or not len(self) or (self.braking is not None and not self.braking.any()):
+            return self
+        speeds = np.linalg.norm(self.states[:, 1], axis=1)
+        own, ahead = state.velocity, self.states[:, 0] - state.position
+        along = SAME_DIRECTION * np.linalg.norm(own) * speeds
+        followed = (self.states[:, 1] @ own >= along) & (speeds > REST) & (ahead @ own > 0.0) & bool(own.any())
+        if not followed.any():
+            return self
+        hardest = np.full(len(self), limits.braking) if self.braking is None else self.braking
+        return self._changed(_braking=np.where(followed, hardest, 0.0))
 
     def with_shares(self, shares: npt.ArrayLike) -> "Tracks":
         """The same tracks with other `shares`, (n,) or one. Raises InvalidInput for numbers outside of 0 to 0.5."""
@@ -183,6 +224,8 @@ class Tracks:
             ids=tuple(self.ids[k] for k in some),
             uncertainties=tuple(self.uncertainties[k] for k in some),
             shares=None if self.shares is None else self.shares[some],
+            braking=None if self.braking is None else self.braking[some],
+            _braking=None if self._braking is None else self._braking[some],
             probabilities=None if self.probabilities is None else self.probabilities[some],
         )
 
@@ -226,16 +269,19 @@ class Tracks:
             times[k, : len(path.times)], points[k, : len(path.points)] = path.times, path.points
         return times, points
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
         """All tracks after `horizon` [s] from the start, see `ObstacleTable.at_horizon`."""
         rule, every = table_between(self.forecast, start - self.t, horizon, 1), np.arange(len(self))
         if rule is None:
-            found = at_horizon(self.obstacles, every, start + horizon)
+            found = at_horizon(self.obstacles, every, start, start + horizon).each
         else:
             found = zero_records(ObstacleAtHorizon, len(self))
-            found["position"][:, : self.dimension], found["radius"] = rule.points(self.states)[:, -1, 3], self.radii
+            points = rule.points(self.states)
+            found["position"][:, : self.dimension], found["radius"] = points[:, -1, 3], self.radii
+            found["moved"][:, : self.dimension] = points[:, -1, 3] - points[:, 0, 0]
+            found["ball"], found["filled"] = self.radii, True
         found["world"] = self.worlds
-        return every, found
+        return every, AtHorizon(found, NO_CORNERS)
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Bodies of the tracks, see `ObstacleTable.bodies`. Raises InvalidInput for tracks observed after `start`."""
@@ -243,11 +289,18 @@ class Tracks:
         counts = until > 0.0
         if not counts.any():
             return no_bodies(self.dimension)
-        if not counts.all():
-            some = np.flatnonzero(counts)
-            found = self._some(some).bodies(robot, start, until[some], horizon)
-            found.each["owner"] = some[found.owner]
-            return found
+        brakes = counts & (False if self._braking is None else self._braking > 0.0)
+        if not counts.all() or brakes.any():
+            kept, some = np.flatnonzero(counts & ~brakes), np.flatnonzero(brakes)
+            rest, slowing = self._some(kept)._changed(_braking=None), self._some(some)
+            parts = [rest.bodies(robot, start, until[kept], horizon)]
+            if len(some):
+                found = pieces_of_each(slowing.obstacles, robot, start, until[some], self.t, slowing._braking)
+                found.each["world"] = slowing.worlds[found.owner]
+                parts.append(found)
+            together = merged(parts, [len(kept), len(some)])
+            together.each["owner"] = np.append(kept, some)[together.owner]
+            return together
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
         cuts = 1 if exact.all() else UNCERTAINTY_PIECES
         rule = table_between(self.forecast, start - self.t, horizon, cuts)

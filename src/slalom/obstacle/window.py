@@ -13,13 +13,23 @@ from slalom.base.checks import Array, array, duration, has, number
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, OVERLAP
 from slalom.forecast.forecast import EXACT, Forecast
-from slalom.kernels.arrays import Flags, Indices, Records, Snapshot, joined_records, zero_records
-from slalom.kernels.decision.tables import ObstacleAtHorizon
+from slalom.kernels.arrays import Flags, Indices, Snapshot, zero_records
+from slalom.kernels.decision.tables import AtHorizon, ObstacleAtHorizon
+from slalom.model.limits import Limits
 from slalom.model.shape import Shape
+from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Bodies, Reach, TimedBodies, merged, no_bodies, pieces_of_each
 from slalom.obstacle.predicted import futures
-from slalom.obstacle.table import ObstacleTable, at_horizon, one_dimension, represented, same_dimension
+from slalom.obstacle.table import (
+    NO_CORNERS,
+    ObstacleTable,
+    at_horizon,
+    joined_at_horizon,
+    one_dimension,
+    represented,
+    same_dimension,
+)
 from slalom.obstacle.tracks import Tracks
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -50,8 +60,8 @@ class Source(Protocol):
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Their pieces from `start` on, up to `until` (n,) [s] after it, see `ObstacleTable.bodies`."""
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
-        """Those that balls represent and that exist after `horizon` [s] from the start: numbers (m,) and balls."""
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
+        """Those around which detours lead and that exist after `horizon` [s]: numbers (m,), and as they are then."""
 
 
 class _Listed:
@@ -70,11 +80,11 @@ class _Listed:
         """The pieces of all from `start` on, up to `until` (n,) [s] after it; none of those that do not exist then."""
         return pieces_of_each(self.obstacles, robot, start, until)
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, Records[ObstacleAtHorizon]]:
-        """Those that balls represent and that exist after `horizon` [s] from the start: numbers (m,) and balls."""
+    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
+        """Those around which detours lead and that exist after `horizon` [s]: numbers (m,), and as they are then."""
         t, some = start + horizon, represented(self.obstacles)
         there = some[np.array([self.obstacles[k].exists(t) for k in some], np.bool_)]
-        return there, at_horizon(self.obstacles, there, t)
+        return there, at_horizon(self.obstacles, there, start, t)
 
 
 def sources_of(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float, end: float) -> list[Source]:
@@ -190,14 +200,14 @@ class ObstacleWindow:
             if isinstance(source, Tracks):
                 source.refuse_worlds("obstacles")
 
-    def at_horizon(self) -> Records[ObstacleAtHorizon]:
-        """The obstacles that balls represent and that are known and exist at the horizon."""
-        parts, first = [zero_records(ObstacleAtHorizon, 0)], 0
+    def at_horizon(self) -> AtHorizon:
+        """The obstacles around which detours lead and that are known and exist at the horizon."""
+        parts, first = [AtHorizon(zero_records(ObstacleAtHorizon, 0), NO_CORNERS)], 0
         for source, count in zip(self._sources, self._counts):
             some, found = source.at_horizon(self.start, self.horizon)
-            parts.append(found[self.until[first + some] > 0.0])
+            parts.append(found._replace(each=found.each[self.until[first + some] > 0.0]))
             first += count
-        return joined_records(parts)
+        return joined_at_horizon(parts)
 
     @property
     def is_passive(self) -> bool:
@@ -399,6 +409,13 @@ def each_for_one(obstacles: Obstacles, dimension: int, now: float) -> Sequence[O
     for obstacle in each:
         obstacle.known_at(now)
     return each
+
+
+def followed(obstacles: Obstacles, state: State, limits: Limits) -> Obstacles:
+    """The obstacles, of which tracks that a robot in `state` follows may brake, see `Tracks.braking`."""
+    if not any(isinstance(one, Tracks) for one in listed(obstacles)):
+        return obstacles
+    return [one.followed_by(state, limits) if isinstance(one, Tracks) else one for one in listed(obstacles)]
 
 
 def in_world(obstacles: Obstacles, world: int) -> list[Obstacle | ObstacleTable | Tracks]:

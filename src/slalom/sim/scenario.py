@@ -33,8 +33,7 @@ from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Arrive, Objective, needs_goal
-from slalom.decision.settings import NUMBERS, SharedSettings
-from slalom.fleet.fleet import DETOURS
+from slalom.decision.settings import DETOURS, NUMBERS, SharedSettings
 from slalom.lookahead.navigator import LookAhead
 from slalom.model.goal import Goal, refuse_stop
 from slalom.model.limits import Limits
@@ -418,7 +417,7 @@ class Scenario(SharedSettings):
             own.shape,
             own.limits,
             period=period,
-            detours=DETOURS if len(self.robots) > 1 else (),
+            detours=DETOURS if len(self.robots) > 1 else None,
             objective=Arrive() if own.objective is None else own.objective,
             **self.shared | {"margin": self.margin_of(robot)},
         )

@@ -7,7 +7,7 @@ import numpy as np
 from slalom.base.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES
 from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.callback import call_back
-from slalom.kernels.decision.bodies import is_elsewhere
+from slalom.kernels.decision.detours import detour_length, longer_by_balls, may_block, time_around
 from slalom.kernels.decision.limits import admissible_set, excess, peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
 from slalom.kernels.decision.tables import (
@@ -27,7 +27,12 @@ from slalom.kernels.decision.tables import (
     Robot,
     Scratch,
 )
-from slalom.kernels.decision.targets import desired_velocity, rests_within, target_state, time_to_target
+from slalom.kernels.decision.targets import (
+    desired_velocity,
+    rests_within,
+    target_state,
+    time_to_target,
+)
 from slalom.kernels.geometry.cubic import copy_into, new_stack, value
 from slalom.kernels.jit import inlined, kernel, squared
 
@@ -220,7 +225,6 @@ def cost_by_part(
     where they will be at the horizon, are added.
     """
     robots = tables.robots
-    bodies = tables.bodies
     settings = tables.settings
     responses = tables.responses
     robot = robots.each[i]
@@ -242,20 +246,18 @@ def cost_by_part(
         then = settings.now + to
         left = time_to_target(i, then, position, velocity, robots, responses, tables.targets, scratch)
     cost = until + left
-    if settings.dimension == 2 and len(settings.detours) > 0:
+    if len(settings.detours) > 0:
+        if settings.held_up:
+            cost = until + time_around(i, then, left, tables, scratch)
         target_state(i, then, robots, tables.targets, goal, scratch.target_velocity)
         longer = 0.0
         for k in near:
             end = robots.each[k].end_position
             radius = robot.radius + robots.each[k].radius + robot.margin_among
-            if may_block(position, goal, end[0], end[1], radius):
-                longer += detour_length(position, goal, end[0], end[1], radius)
-        for e in range(len(bodies.at_horizon)):
-            body = bodies.at_horizon[e]
-            if is_elsewhere(body.world, robot.world):
-                continue
-            radius = body.radius + robot.radius + robot.margin
-            longer += detour_length(position, goal, body.position[0], body.position[1], radius)
+            if may_block(position, goal, end, radius):
+                longer += detour_length(position, goal, end, radius)
+        if not settings.held_up:
+            longer += longer_by_balls(i, goal, tables, scratch)
         cost += longer / robot.max_speed
     return float(cost)
 
@@ -311,53 +313,9 @@ def optimistic_part(i: int, until: float, tables: DecisionTables, scratch: Scrat
     position = scratch.position
     velocity = scratch.velocity
     left = time_to_target(i, then, position, velocity, robots, tables.responses, tables.targets, scratch)
+    if settings.held_up:
+        left = min(left, time_around(i, then, left, tables, scratch))
     return float(until + left)
-
-
-@kernel
-def detour_length(position: Array, goal: Array, x: float, y: float, radius: float) -> float:
-    """Extra length [m] of the path from `position` to `goal` (2,) [m] around a disc at (x, y) [m].
-
-    Two tangents and an arc; 0 for a disc that is not in the way.
-    """
-    ax = position[0] - x
-    ay = position[1] - y
-    bx = goal[0] - x
-    by = goal[1] - y
-    first = np.sqrt(ax * ax + ay * ay)
-    second = np.sqrt(bx * bx + by * by)
-    cosine = (ax * bx + ay * by) / max(first * second, 1e-12)
-    first = max(first, radius)
-    second = max(second, radius)
-    angle = np.arccos(min(1.0, max(-1.0, cosine))) - np.arccos(radius / first) - np.arccos(radius / second)
-    if angle <= 0.0:
-        return 0.0
-    tangents = np.sqrt(first * first - radius * radius) + np.sqrt(second * second - radius * radius)
-    straight = np.sqrt(squared(goal[0] - position[0]) + squared(goal[1] - position[1]))
-    return float(max(tangents + radius * angle - straight, 0.0))
-
-
-@kernel
-def may_block(position: Array, goal: Array, x: float, y: float, radius: float) -> bool:
-    """Whether a disc at (x, y) [m] may cover a part of the line from `position` to `goal` (2,) [m].
-
-    If not, `detour_length` around it is 0.
-    """
-    dx = goal[0] - position[0]
-    dy = goal[1] - position[1]
-    tx = x - position[0]
-    ty = y - position[1]
-    along = min(1.0, max(0.0, (tx * dx + ty * dy) / (dx * dx + dy * dy + 1e-300)))
-    return bool(squared(tx - along * dx) + squared(ty - along * dy) < (1.0 + 1e-6) * radius * radius)
-
-
-@kernel
-def detour_lengths(position: Array, goal: Array, centers: Array, radii: Array) -> Array:
-    """`detour_length` around each of the discs with `centers` (n, 2) and `radii` (n,) [m]: (n,) [m]."""
-    longer = np.empty(len(radii))
-    for k in range(len(radii)):
-        longer[k] = detour_length(position, goal, centers[k, 0], centers[k, 1], radii[k])
-    return longer
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -386,6 +344,13 @@ AIM_ROOT: Final = 1e-14
 """[1] Relative width of the bracket of the earliest aim at which its search ends.
 
 Larger: costs that are equal in theory differ. Smaller than rounding: all steps are computed.
+"""
+
+
+STEEP: Final = 3.0
+"""[1] Square of the slope above which a velocity is steep: 60 degrees.
+
+Larger: detours of robots that climb turn them less. Smaller: robots that climb pass others above or below.
 """
 
 
@@ -434,10 +399,19 @@ def preferred_in_python(i: int, r: int, angle: float, tables: DecisionTables, u:
 
 @inlined
 def turn(velocity: Array, angle: float) -> None:
-    """Turn a velocity (d,) [m/s] by an angle [rad] about the third axis."""
+    """Turn a velocity (d,) [m/s] by an angle [rad] about the third axis, one that is steep in space about the second.
+
+    Two robots that come towards each other and turn by the same angle thus pass on opposite sides.
+    """
     c = np.cos(angle)
     s = np.sin(angle)
-    velocity[0], velocity[1] = c * velocity[0] - s * velocity[1], s * velocity[0] + c * velocity[1]
+    x = velocity[0]
+    y = velocity[1]
+    if len(velocity) == 3 and squared(velocity[2]) > STEEP * (x * x + y * y):
+        z = velocity[2]
+        velocity[2], velocity[0] = c * z - s * x, s * z + c * x
+        return
+    velocity[0], velocity[1] = c * x - s * y, s * x + c * y
 
 
 @inlined

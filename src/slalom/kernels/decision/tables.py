@@ -202,11 +202,23 @@ class RobotBody:
 
 
 class ObstacleAtHorizon:
-    """An obstacle of one part at the horizon."""
+    """An obstacle of one part at the horizon: a ball, or in the plane corners in positive order."""
 
-    position: Vector  # [m]
-    radius: float  # [m] of the bounding ball
+    position: Vector  # [m] centre of the ball
+    moved: Vector  # [m] its displacement since the decision
+    radius: float  # [m] of the ball; with corners: by which their hull is rounded
+    ball: float  # [m] radius of the bounding ball about the position
+    filled: bool  # whether the obstacle fills much of that ball
+    first: int  # its corners are the rows first to last of `AtHorizon.corners`; as many as 0 for a ball
+    last: int
     world: int  # as of `PassiveBody`
+
+
+class AtHorizon(NamedTuple):
+    """Obstacles at the horizon, from which the costs of detours are estimated."""
+
+    each: Records[ObstacleAtHorizon]  # (e,)
+    corners: Array  # (c, 4) [m] x, y of each corner and the unit vector from the centre of its hull to it
 
 
 class GrownBodies(NamedTuple):
@@ -226,7 +238,7 @@ class GrownBodies(NamedTuple):
     passive: Records[PassiveBody]  # (b,)
     hull: Indices  # (b,) number of the hull, -1 for a point
     corners: MaybeCorners  # of passive bodies and of robots
-    at_horizon: Records[ObstacleAtHorizon]  # (e,)
+    at_horizon: AtHorizon
     reach: float  # [m] passive bodies near paths that lead farther away from the robot may be left out
     robot_rounding: float  # [m]
     robot_first: Indices  # (s + 1,)
@@ -249,6 +261,7 @@ class DecisionSettings(NamedTuple):
     stops_at_obstacles: bool  # whether observed robots are predicted to stop at passive bodies at rest
     shared: bool  # whether robots know each other's committed manoeuvres
     detours: Array  # (k,) [rad] angles by which the desired velocity is turned
+    held_up: bool  # whether costs count the ways around passive obstacles with their bends; if not, around their balls
     budget: float  # [us] of counted work after which a decision ends if a safe manoeuvre is known
 
 

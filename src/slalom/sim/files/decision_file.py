@@ -133,6 +133,7 @@ class TracksSpec(Built):
     forecast: Annotated[PartModel, OfAnyKind(FORECAST_KINDS)]
     uncertainties: list[UncertaintyModel | None]
     shares: list[NotNegative] | None = None
+    braking: list[NotNegative] | None = None
     probabilities: list[Positive] | None = None
 
     def build(self) -> Tracks:
@@ -193,6 +194,14 @@ class ApproachSpec(Model):
     distance: NotNegative
     since: FiniteFloat
     target: Vector
+    pace: FiniteFloat | None = None
+    paced: FiniteFloat | None = None
+
+    def build(self) -> Approach:
+        """A file without pace is of a robot that is not held up."""
+        pace = np.inf if self.pace is None else self.pace
+        paced = np.inf if self.paced is None else self.paced
+        return Approach(self.distance, self.since, np.array(self.target), pace, paced)
 
 
 class CommitmentSpec(ManoeuvreSpec):
@@ -206,8 +215,7 @@ class CommitmentSpec(ManoeuvreSpec):
         path, approach = built(self.path), self.approach
         if path is not None and path.points.shape[2] != len(self.control):
             raise InvalidInput(f"path: expected dimension {len(self.control)}, found {path.points.shape[2]}")
-        last = None if approach is None else Approach(approach.distance, approach.since, np.array(approach.target))
-        return Commitment(super().build(), path, self.progress, last)
+        return Commitment(super().build(), path, self.progress, None if approach is None else approach.build())
 
 
 class ResultSpec(ManoeuvreSpec):

@@ -130,7 +130,7 @@ NUMBERS: Final[Mapping[Any, Any]] = {
     direction: Vector | None,
     duration: Positive,
     checked_holds: Annotated[list[Positive], Field(min_length=1)],
-    checked_detours: list[FiniteFloat],
+    checked_detours: list[FiniteFloat] | None,
 }
 """Types in files, by the check in the annotation of a field."""
 
