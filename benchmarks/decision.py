@@ -56,7 +56,7 @@ def one_pass(blocked: ControlObstacle) -> float:
     """Time of one pass of the chord test over all segments [us]."""
     from slalom.kernels.relative_motion.segments import chord_distances
 
-    s = blocked.segments
+    s = blocked.segments.table
     gaps = np.empty(len(s.radius))
     return microseconds(lambda: chord_distances(s.points, s.gains, 1.0, 0.5, 0.0, gaps), 200)
 

@@ -47,7 +47,7 @@ def stages(task: Task) -> dict[str, Callable[[], object]]:
     """The call of each stage, with the results of the earlier stages given."""
     b, s = task.blocked, task.situation
     robot = b.robot
-    table_of, limits, wanted = b.segments, s.admissible.table, np.append(task.preferred, 0.0)
+    table_of, limits, wanted = b.segments.table, s.admissible.table, np.append(task.preferred, 0.0)
     gaps, columns = np.empty(len(table_of.radius)), (table_of.points, table_of.gains)
 
     def overlap_test() -> object:

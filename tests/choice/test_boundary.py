@@ -20,6 +20,7 @@ from slalom import (
 from slalom.choice.control_obstacle import BOUNDARY
 from slalom.choice.envelope import RelativeMotion, Window, discs_bend, grazing_curves, may_meet, rows_of_corners, sample
 from slalom.choice.outline import boundary, closed_lines
+from slalom.kernels.arrays import Hulls, Segments
 
 SHARE = 1e-3  # [1] of the obstacle's area by which regions may differ from it
 LEAST = 1e-3  # [1] of the window's area: smaller obstacles are judged as if they had it
@@ -155,18 +156,19 @@ def bernstein(control, x):
     return np.tensordot(weights, control, axes=1)
 
 
-def held(table, controls, times=1500):
+def held(motion, controls, times=1500):
     """Whether controls (n, 2) collide with the one obstacle of a table: outlines at very many times, (n, 1)."""
     x = np.linspace(0, 1, times)
     inside = np.zeros(len(controls), dtype=bool)
-    for s in range(len(table.begin)):
-        position, gain = bernstein(table.points[:, :2, s], x), bernstein(table.gains[:, s], x)
+    segments, hulls = motion.table, motion.hulls
+    for s in range(len(motion.begin)):
+        position, gain = bernstein(segments.points[:, :2, s], x), bernstein(segments.gains[:, s], x)
         corners = np.zeros((1, 5))
-        if table.hull[s] >= 0:
-            corners = table.corners[table.first[table.hull[s]] : table.first[table.hull[s] + 1]]
-        (ex, ey), (fx, fy, _, tx, ty) = bernstein(table.turns[:, :, s], x).T[..., None], corners.T
+        if hulls.hull[s] >= 0:
+            corners = hulls.corners[hulls.first[hulls.hull[s]] : hulls.first[hulls.hull[s] + 1]]
+        (ex, ey), (fx, fy, _, tx, ty) = bernstein(hulls.turns[:, :, s], x).T[..., None], corners.T
         corner = position[:, None] + np.stack([fx + tx * ex - ty * ey, fy + tx * ey + ty * ex], axis=2)
-        support = (corner @ NORMALS).max(axis=1) + (table.radius[s] + table.growth[s] * x)[:, None]
+        support = (corner @ NORMALS).max(axis=1) + (segments.radius[s] + segments.growth[s] * x)[:, None]
         for n, control in enumerate(controls):
             inside[n] |= np.any(np.all((gain[:, None] * control) @ NORMALS <= support, axis=1))
     return inside[:, None]
@@ -183,13 +185,15 @@ def table(points, gains, *, radius=0.3, growth=0.0, corners=None, turn=0.0):
     first = np.array([0, len(corners)][: 1 + (len(corners) > 0)])
     reach = radius + max(growth, 0.0) + np.hypot(corners[:, [0, 3]], corners[:, [1, 4]]).sum(axis=1).max(initial=0.0)
     hull = np.array([0 if len(corners) else -1])
-    return RelativeMotion(
-        begin=np.zeros(1), end=np.ones(1), points=position, gains=np.array(gains, dtype=float)[:, None],
-        radius=np.array([radius]), bounding_radius=np.array([1.01 * reach]), owner=np.zeros(1, dtype=np.int64),
-        hull=hull,
-        turns=turns[:, :, None], corners=corners, first=first, growth=np.array([growth]),
-        unordered=np.ones(len(first) - 1, dtype=bool),
-    )  # fmt: skip
+    table = Segments(
+        position,
+        np.array(gains, dtype=float)[:, None],
+        np.array([radius]),
+        np.array([growth]),
+        np.array([1.01 * reach]),
+    )
+    hulls = Hulls(hull, turns[:, :, None], corners, first, np.ones(len(first) - 1, dtype=bool))
+    return RelativeMotion(np.zeros(1), np.ones(1), np.zeros(1, dtype=np.int64), table, hulls)
 
 
 def still(xy):
@@ -285,7 +289,7 @@ def test_the_kernel_cuts_pieces_as_arrays_do(chunk):
         radius = float(s.admissible.radii[smallest])
         window = Window(s.admissible.centers[smallest], radius, BOUNDARY * radius)
         for rows, control in rows_of_corners(s.blocked.segments):
-            reach = s.blocked.segments.bounding_radius[rows]
+            reach = s.blocked.segments.table.bounding_radius[rows]
 
             def meets(which, part, reach=reach, window=window):
                 return may_meet(part, reach[which], window)

@@ -22,7 +22,7 @@ class Watched(Fleet):
 
     def _decide(self, order, settings, bodies, obstacles):
         parts = self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
-        self.last = order, DecisionTables(self.table, bodies[0], *parts)
+        self.last = order, DecisionTables(self.table, *bodies[0], *parts)
         return super()._decide(order, settings, bodies, obstacles)
 
 

@@ -27,8 +27,7 @@ from slalom import (
     Stationary,
 )
 from slalom.decision import tables
-from slalom.decision.tables import Skeletons, response_table
-from slalom.kernels.decision.tables import GrownBodies
+from slalom.decision.tables import GrownBodies, Skeletons, response_table
 from slalom.model.path import straight_from
 from slalom.model.response import AccelerateThenStop
 from slalom.obstacle.pieces import Reach
@@ -75,9 +74,9 @@ def drive(s: Scene, steps: int) -> Iterator[tuple[object, ...]]:
 
 def everywhere(bodies: GrownBodies) -> GrownBodies:
     """The same bodies with balls of which nothing is known: no row and no time is left out."""
-    balls, body_balls = bodies.balls.copy(), bodies.body_balls.copy()
+    balls, body_balls = bodies.obstacles.balls.copy(), bodies.obstacles.body_balls.copy()
     balls[:, 3], body_balls[:, 3] = np.inf, np.inf
-    return bodies._replace(balls=balls, body_balls=body_balls)
+    return bodies._replace(obstacles=bodies.obstacles._replace(balls=balls, body_balls=body_balls))
 
 
 @pytest.mark.parametrize(("method", "stop"), [("nao", False), ("nao", True), ("vo", True)])
@@ -174,7 +173,7 @@ def test_bodies_within_reach_stay(seed):
     for name in ("times", "points", "radius", "growth", "turns"):
         np.testing.assert_array_equal(getattr(every.pieces, name)[rows], getattr(near.pieces, name))
     stays = np.isin(every.owner, near.owner)
-    for name in ("radius", "hull_radius", "hull", "uncertain", "at_rest"):
+    for name in ("each", "hull", "body_balls"):
         np.testing.assert_array_equal(getattr(every, name)[stays], getattr(near, name))
     times = window.start + np.linspace(0.0, 6.0, 40)
     for k in np.setdiff1d(every.owner, near.owner):

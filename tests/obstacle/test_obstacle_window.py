@@ -40,7 +40,8 @@ from slalom import (
     Uncertainty,
 )
 from slalom.base.tolerances import INTERPOLATION
-from slalom.obstacle.pieces import Bodies, Reach
+from slalom.kernels.arrays import Bodies
+from slalom.obstacle.pieces import Reach
 from slalom.peers import contender
 
 WINDOWS = ((-0.8, 0.5), (0.0, 4.0), (1.0, 2.0), (3.3, 3.5), (6.5, 4.0), (30.0, 4.0))

@@ -15,13 +15,13 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import OVERLAP, REST_ROUNDING
 from slalom.choice.envelope import RelativeMotion, grazing_curves
 from slalom.choice.outline import boundary
-from slalom.kernels.arrays import BodyTable, MaybeHulls, PositionMap, Segments as Table
+from slalom.kernels.arrays import Bodies, Corners, Hulls, MaybeHulls, PositionMap, Segments
 from slalom.model.response import Response
 from slalom.model.response.protocol import piece_norm, response_pieces, rest_time
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies, hull_corners, outline_parts
+from slalom.obstacle.pieces import hull_corners, outline_parts
 from slalom.obstacle.window import ObstacleWindow
 
 BOUNDARY: Final = 2.5e-5
@@ -65,6 +65,9 @@ class Boundary(NamedTuple):
 def _ahead(n: int) -> Array:
     """Directions (4, 2, n) of bodies that do not turn."""
     return np.broadcast_to(np.array([[1.0], [0.0]]), (4, 2, n))
+
+
+NO_CORNERS: Final = Corners(np.empty((0, 5)), np.zeros(1, np.int64), np.empty(0, np.bool_))
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,9 +193,8 @@ class ControlObstacle:
         bodies = self._bodies
         pieces = response_pieces(self.response, self.state, self.horizon, self.largest_control)
         motion = PositionMap(*pieces, straight=len(pieces[2]))  # the times of all pieces are needed
-        table = BodyTable(self._radii, bodies.hull_radius, bodies.owner, bodies.hull)
         error = self.response.interpolation_error
-        cut, bounding_radius, owner, hull = kernels.segments_of(bodies.pieces, motion, table, self.horizon, error)
+        cut, bounding_radius, owner, hull = kernels.segments_of(bodies, self._radii, motion, self.horizon, error)
         if not bodies.at_rest.all():
             rest = rest_time(self.response, self.state, self.horizon)
             over = ~bodies.at_rest[cut.body] & (cut.begin >= rest - REST_ROUNDING)
@@ -200,26 +202,16 @@ class ControlObstacle:
             cut.growth[over] = 0.0
             bounding_radius[over] = -np.inf
         turns = cut.turns if bodies.turning else _ahead(len(owner))
-        return RelativeMotion(
-            begin=cut.begin,
-            end=cut.end,
-            points=cut.points,
-            gains=cut.gains,
-            radius=cut.radius,
-            bounding_radius=bounding_radius,
-            owner=owner,
-            hull=hull,
-            turns=np.ascontiguousarray(turns) if bodies.has_hulls else turns,
-            corners=bodies.corners,
-            first=bodies.first,
-            growth=cut.growth,
-            unordered=bodies.unordered,
-        )
+        turns = np.ascontiguousarray(turns) if bodies.corners else turns
+        table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
+        hulls = Hulls(hull, turns, *(bodies.corners or NO_CORNERS))
+        return RelativeMotion(cut.begin, cut.end, owner, table, hulls)
 
     @cached_property
-    def table(self) -> tuple[Table, MaybeHulls]:
-        """The segments and their hulls as kernels take them."""
-        return self.segments.table, self.segments.hulls if self._bodies.has_hulls else ()
+    def table(self) -> tuple[Segments, MaybeHulls]:
+        """The segments and their hulls as kernels take them: none where all bodies are points."""
+        table, hulls = self.segments.table, self.segments.hulls
+        return table, hulls if hulls.hull.max(initial=-1) >= 0 else ()
 
     def _controls(self, controls: npt.ArrayLike) -> tuple[Array, tuple[int, ...], "ControlObstacle"]:
         """Controls (n, 3), the shape in which they were given, and the control obstacle that holds for them."""
@@ -295,9 +287,9 @@ class ControlObstacle:
         Raises:
             InvalidInput: in space; a radius that is not above 0.
         """
-        middle, size, segments = self._window(center, radius)
+        middle, size, motion = self._window(center, radius)
         regions = boundary(
-            segments,
+            motion,
             len(self.obstacles),
             lambda controls: np.isfinite(self.times_to_collision(controls)),
             middle,
@@ -315,8 +307,8 @@ class ControlObstacle:
         the control obstacle: one may collide at another time. For bodies with corners: of the discs around these.
         Raises InvalidInput as `boundary`.
         """
-        middle, size, segments = self._window(center, radius)
-        return grazing_curves(segments, middle, size, not_negative(tolerance, "tolerance") or BOUNDARY * size)
+        middle, size, motion = self._window(center, radius)
+        return grazing_curves(motion, middle, size, not_negative(tolerance, "tolerance") or BOUNDARY * size)
 
     def _window(self, center: npt.ArrayLike, radius: float) -> tuple[Array, float, RelativeMotion]:
         if self.dimension != 2:

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.base.checks import Array
 from slalom.base.tolerances import BALL_ROUNDING, CONTACT, DEPTH, DIVISOR_FLOOR, JUMP, STILL
-from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Segments as Table
+from slalom.kernels.arrays import Flags, Hulls, Indices, Segments
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The motion of obstacles relative to a controlled robot, as one table for kernels and boundaries.
@@ -32,8 +32,8 @@ from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Segments as
 class RelativeMotion(NamedTuple):
     """One row for each cubic segment of each convex part of an obstacle, grown by a part of the robot.
 
-    Over the elapsed times begin[s] to end[s], with x from 0 to 1, the position of the part's origin relative to
-    the robot under control u is the cubic with control points points[j, :, s] - gains[j, s] * u, j = 0..3. A part with
+    Over the elapsed times begin[s] to end[s], with x from 0 to 1, the position of the part's origin relative to the
+    robot under control u is the cubic with control points points[j, :, s] - gains[j, s] * u, j = 0..3. A part with
     hull[s] = -1 is that point; any other is the convex hull of its corners, which lie at
 
         origin + (x + X e_x - Y e_y, y + X e_y + Y e_x, z)    for (x, y, z, X, Y) in corners[first[h] : first[h + 1]],
@@ -47,29 +47,9 @@ class RelativeMotion(NamedTuple):
 
     begin: Array  # (s,) [s]
     end: Array  # (s,) [s]
-    points: Array  # (4, 3, s) [m]
-    gains: Array  # (4, s)
-    radius: Array  # (s,) [m]
-    bounding_radius: Array  # (s,) [m]
-    owner: npt.NDArray[np.int64]  # (s,) index of the obstacle
-    hull: npt.NDArray[np.int64]  # (s,) index of the hull, -1 for a point
-    turns: Array  # (4, 2, s)
-    corners: Array  # (c, 5) [m]
-    first: npt.NDArray[np.int64]  # (h + 1,)
-    growth: Array  # (s,) [m] change of the radius from begin to end
-    unordered: npt.NDArray[np.bool_]  # (h,) whether the corners lie in no order, some inside the hull
-
-    @property
-    def hulls(self) -> MaybeHulls:
-        """The hulls as kernels take them; empty where all bodies are points."""
-        if self.hull.max(initial=-1) < 0:
-            return ()
-        return Hulls(self.hull, self.turns, self.corners, self.first, self.unordered)
-
-    @property
-    def table(self) -> Table:
-        """The segments as kernels take them."""
-        return Table(self.points, self.gains, self.radius, self.growth, self.bounding_radius)
+    owner: Indices  # (s,) index of the obstacle
+    table: Segments
+    hulls: Hulls  # of all rows, with directions
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -264,15 +244,17 @@ def discs_bend(window: Window) -> Bends:
     return bends
 
 
-def linked_rows(segments: RelativeMotion) -> Flags:
+def linked_rows(motion: RelativeMotion) -> Flags:
     """Whether each row continues where the previous one ends: (s,)."""
-    linked = np.zeros(len(segments.begin), dtype=bool)
+    linked = np.zeros(len(motion.begin), dtype=bool)
+    points = motion.table.points
+    hull, turns = motion.hulls.hull, motion.hulls.turns
     linked[1:] = (
-        (segments.owner[1:] == segments.owner[:-1])
-        & (segments.hull[1:] == segments.hull[:-1])
-        & (segments.begin[1:] == segments.end[:-1])
-        & (abs(segments.points[0, :2, 1:] - segments.points[3, :2, :-1]).max(axis=0, initial=0.0) <= JUMP)
-        & (abs(segments.turns[0, :, 1:] - segments.turns[3, :, :-1]).max(axis=0, initial=0.0) <= JUMP)
+        (motion.owner[1:] == motion.owner[:-1])
+        & (hull[1:] == hull[:-1])
+        & (motion.begin[1:] == motion.end[:-1])
+        & (abs(points[0, :2, 1:] - points[3, :2, :-1]).max(axis=0, initial=0.0) <= JUMP)
+        & (abs(turns[0, :, 1:] - turns[3, :, :-1]).max(axis=0, initial=0.0) <= JUMP)
     )
     return linked
 
@@ -287,13 +269,13 @@ class Nodes(NamedTuple):
     time: Array  # (n,) [s]
 
 
-def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control: Array) -> Nodes:
+def point_nodes(motion: RelativeMotion, window: Window, rows: Indices, control: Array) -> Nodes:
     """Discs of the points in rows (k,) with control points (4, 4, k) that may overlap the window."""
     view, control = np.array([*window.center, window.radius, window.tolerance]), np.ascontiguousarray(control)
-    piece, (begin, end), points, sharp = kernels.grazing_discs(control, segments.bounding_radius[rows], view)
+    piece, (begin, end), points, sharp = kernels.grazing_discs(control, motion.table.bounding_radius[rows], view)
     spans = Spans(rows[piece], begin, end, np.ascontiguousarray(np.moveaxis(points, 0, 2)), sharp)
-    same, joint = spans.continues(linked_rows(segments))
-    before, length = segments.begin[spans.row], (segments.end - segments.begin)[spans.row]
+    same, joint = spans.continues(linked_rows(motion))
+    before, length = motion.begin[spans.row], (motion.end - motion.begin)[spans.row]
     # The start of each span, and its end unless the next span of the row starts there.
     keep = np.stack([np.ones_like(same), ~np.append(same, False)[1:]], axis=1).ravel()
 
@@ -301,7 +283,7 @@ def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control
         return np.stack([a, b], axis=-1).reshape(*a.shape[:-1], -1)[..., keep]
 
     discs = GrazingDiscs(*map(both, discs_at_start(spans.control), discs_at_end(spans.control)))
-    owner = segments.owner[spans.row]
+    owner = motion.owner[spans.row]
     return Nodes(
         discs._replace(heading=np.cumsum(wrapped(np.diff(discs.heading, prepend=0.0)))),
         np.cumsum(both(~(same | joint), np.zeros_like(same))) - 1,
@@ -311,21 +293,22 @@ def point_nodes(segments: RelativeMotion, window: Window, rows: Indices, control
     )
 
 
-def rows_of_hull(segments: RelativeMotion, hull: int) -> tuple[Indices, Array]:
+def rows_of_hull(motion: RelativeMotion, hull: int) -> tuple[Indices, Array]:
     """Rows (k,) of a hull, -1 for points, and their control points (4, 6, k): position, gain, radius, direction."""
-    rows = np.flatnonzero(segments.hull == hull)
-    radius = segments.radius[rows] + segments.growth[rows] * np.arange(4)[:, None] / 3.0
-    position, gain = segments.points[:, :2, rows], segments.gains[:, None, rows]
-    return rows, np.concatenate([position, gain, radius[:, None], segments.turns[:, :, rows]], axis=1)
+    table, rows = motion.table, np.flatnonzero(motion.hulls.hull == hull)
+    radius = table.radius[rows] + table.growth[rows] * np.arange(4)[:, None] / 3.0
+    position, gain = table.points[:, :2, rows], table.gains[:, None, rows]
+    return rows, np.concatenate([position, gain, radius[:, None], motion.hulls.turns[:, :, rows]], axis=1)
 
 
-def rows_of_corners(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
+def rows_of_corners(motion: RelativeMotion) -> Iterator[tuple[Indices, Array]]:
     """Rows and control points of all point parts, then of each corner of each hull."""
-    yield rows_of_hull(segments, -1)
-    for hull in np.unique(segments.hull[segments.hull >= 0]):
-        rows, control = rows_of_hull(segments, hull)
+    yield rows_of_hull(motion, -1)
+    hulls = motion.hulls
+    for hull in np.unique(hulls.hull[hulls.hull >= 0]):
+        rows, control = rows_of_hull(motion, hull)
         ex, ey = control[:, 4], control[:, 5]
-        for x, y, _, turning_x, turning_y in segments.corners[segments.first[hull] : segments.first[hull + 1]]:
+        for x, y, _, turning_x, turning_y in hulls.corners[hulls.first[hull] : hulls.first[hull + 1]]:
             corner = control.copy()
             corner[:, 0] += x + turning_x * ex - turning_y * ey
             corner[:, 1] += y + turning_x * ey + turning_y * ex
@@ -333,7 +316,7 @@ def rows_of_corners(segments: RelativeMotion) -> Iterator[tuple[Indices, Array]]
 
 
 def grazing_curves(
-    segments: RelativeMotion, center: Array, radius: float, tolerance: float
+    motion: RelativeMotion, center: Array, radius: float, tolerance: float
 ) -> list[tuple[int, Array, Array]]:
     """Controls that graze point parts and corners of hulls, with the times of contact (theory.md section 6).
 
@@ -348,8 +331,8 @@ def grazing_curves(
         owner, increasing times (k,) [s], controls (k, 2): one for each time interval without a gap.
     """
     window, curves = Window(center, radius, tolerance), []
-    for rows, control in rows_of_corners(segments):
-        nodes = point_nodes(segments, window, rows, control)
+    for rows, control in rows_of_corners(motion):
+        nodes = point_nodes(motion, window, rows, control)
         has_envelope = abs(nodes.discs.shrinking) <= 1.0
         # A new curve starts where the run changes or the envelope starts or ends; at joints the normals jump.
         breaks = np.flatnonzero(

@@ -141,22 +141,23 @@ def outline_controls(control: Array, shape: Outline) -> Array:
     return np.asarray((position + _corner(np.stack([ex, ey]), shape.corners) + radius * normal) / gain)
 
 
-def outlines(segments: RelativeMotion, window: Window) -> list[tuple[Array, int]]:
+def outlines(motion: RelativeMotion, window: Window) -> list[tuple[Array, int]]:
     """Chords (n, 2, 2) that contain the boundary of the elements of hulls, with their owners.
 
     They are coarse outside the window.
     """
-    linked, result = linked_rows(segments), []
-    for hull in np.unique(segments.hull[segments.hull >= 0]):
-        rows, control = rows_of_hull(segments, hull)
-        shapes = edge_polygons(segments.corners[segments.first[hull] : segments.first[hull + 1]])
-        meets = _hulls_meet(segments.bounding_radius[rows], shapes, window)
+    hulls = motion.hulls
+    linked, result = linked_rows(motion), []
+    for hull in np.unique(hulls.hull[hulls.hull >= 0]):
+        rows, control = rows_of_hull(motion, hull)
+        shapes = edge_polygons(hulls.corners[hulls.first[hull] : hulls.first[hull + 1]])
+        meets = _hulls_meet(motion.table.bounding_radius[rows], shapes, window)
         spans = sample(rows, control, window, meets, _hulls_bend(shapes, window))
         same_row, joined = spans.continues(linked)
         for run in np.split(np.arange(len(same_row)), np.flatnonzero(~(same_row | joined))[1:]):
             if run.size:
                 times = np.concatenate([spans.control[0][:, run], spans.control[3][:, run[-1:]]], axis=1)
-                owner = int(segments.owner[spans.row[run[0]]])
+                owner = int(motion.owner[spans.row[run[0]]])
                 result += [(_sweep(times, resolved_outline(times, shape, window)), owner) for shape in shapes]
     return result
 
@@ -294,7 +295,7 @@ Larger: corners move by as much. Smaller: below the rounding of a crossing, face
 
 
 def boundary(
-    segments: RelativeMotion,
+    motion: RelativeMotion,
     owners: int,
     inside: Callable[[Array], npt.NDArray[np.bool_]],
     center: Array,
@@ -304,7 +305,7 @@ def boundary(
     """Control obstacle of each owner within a disc of controls.
 
     Args:
-        segments: the table, in the plane; rows of one part are consecutive.
+        motion: in the plane; rows of one part are consecutive.
         owners: number of owners.
         inside: for controls (n, 2) whether they collide with each owner, (n, owners).
         center, radius: (2,) and > 0, the disc.
@@ -315,10 +316,10 @@ def boundary(
     """
     window = Window(np.asarray(center, dtype=np.float64), radius, tolerance)
     lines: list[list[Any]] = [[] for _ in range(owners)]
-    closed, owner = closed_lines(segments, window)
+    closed, owner = closed_lines(motion, window)
     for line, index in zip(closed, owner):
         lines[index].append(line)
-    for pieces, index in outlines(segments, window):
+    for pieces, index in outlines(motion, window):
         lines[index].append(shapely.multilinestrings(shapely.linestrings(pieces)))
     count = int(np.ceil(2.0 * np.pi / arc_step(np.asarray(radius), tolerance)))
     angle = 2.0 * np.pi * np.arange(count + 1) / count
@@ -366,12 +367,12 @@ def _polygonized(noded: Any) -> tuple[Any, bool]:
     return shapely.get_parts(faces), bool(shapely.is_empty(cuts) and shapely.is_empty(dangles))
 
 
-def closed_lines(segments: RelativeMotion, window: Window) -> tuple[Any, Indices]:
+def closed_lines(motion: RelativeMotion, window: Window) -> tuple[Any, Indices]:
     """Lines (n,) around the elements of point parts, and their owners (n,); coarse outside the window.
 
     The lines are closed, except for parts that they traverse in both directions.
     """
-    nodes = point_nodes(segments, window, *rows_of_hull(segments, -1))
+    nodes = point_nodes(motion, window, *rows_of_hull(motion, -1))
     heading = nodes.discs.heading
     opening = nodes.discs.opening
     n = len(nodes.run)

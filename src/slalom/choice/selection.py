@@ -27,7 +27,7 @@ from slalom.base.checks import (
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CANDIDATES, ELEMENTS
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.kernels.arrays import BodyTable, Indices, MaybeHulls, Scene, Snapshot, States
+from slalom.kernels.arrays import Indices, MaybeHulls, Scene, States
 from slalom.model.limits import Admissible, Limits
 from slalom.model.response import Response
 from slalom.model.response.protocol import piece_norm, response_pieces
@@ -252,12 +252,7 @@ def _alike(
 ) -> Iterator[tuple[Indices, States, Scene, MaybeHulls]]:
     """Groups of states whose responses have the same knots: their rows (m,), and the arguments of `_choose`."""
     bodies = obstacles.bodies(robot)
-    scene = Scene(
-        Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull),
-        BodyTable(bodies.radius + margin, bodies.hull_radius, bodies.owner, bodies.hull),
-        response.interpolation_error,
-        obstacles.horizon,
-    )
+    scene = Scene(bodies, bodies.heads, bodies.radius + margin, response.interpolation_error, obstacles.horizon)
     groups: dict[tuple[bytes, bytes], _Group] = {}
     for k, state in enumerate(states):
         allowed = limits.admissible(response, state, obstacles.horizon)

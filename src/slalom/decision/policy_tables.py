@@ -375,7 +375,7 @@ class PolicyTables:
             kind = int(self._skeletons.kind[-1])
             met = bodies if kind == 0 else self._skeletons.grown_bodies(kind, obstacles, detours=False, around=around)
             stop_observed(kind, robots, met, settings)
-        return DecisionTables(robots, bodies, self._table, bounds, targets, settings, objectives), in_python
+        return DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives), in_python
 
     def _objective_in_python(self, table: OwnTable, request: Request) -> ObjectiveInPython:
         navigator, (robots, own) = self.robot, table

@@ -11,19 +11,27 @@ from slalom.base.checks import Array, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import BRAKING_SHARE
 from slalom.forecast.linear import piecewise_polynomial
-from slalom.kernels.arrays import Corners, Flags, Indices, Records, zero_records
+from slalom.kernels.arrays import (
+    Bodies,
+    Flags,
+    Indices,
+    MaybeCorners,
+    Records,
+    joined_corners,
+    zero_records,
+)
 from slalom.kernels.decision.tables import (
     BALL_WINDOWS,
     RESPONSE_WINDOWS,
     AtHorizon,
     Bounds,
     DecisionSettings,
-    GrownBodies,
     ObstacleAtHorizon,
     Paths,
     ResponsePiece,
     ResponseTable,
     Robot,
+    RobotBodies,
     RobotBody,
     RobotTable,
     TabulatedResponse,
@@ -36,7 +44,7 @@ from slalom.model.response import Response
 from slalom.model.shape import Shape, is_round, round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import PiecewisePolynomial, Stationary
-from slalom.obstacle.pieces import Reach, sum_of_shapes
+from slalom.obstacle.pieces import Reach, no_sum, sum_of_shapes, sums_together
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 
@@ -210,10 +218,18 @@ def observed_path(robots: RobotTable, j: int, k: int, dimension: int) -> Piecewi
     return piecewise_polynomial(robots.observed.times[j], points)
 
 
+class GrownBodies(NamedTuple):
+    """All bodies that robots with one kind of skeleton can meet, grown by it: members of `DecisionTables`."""
+
+    obstacles: Bodies
+    robots: RobotBodies
+    at_horizon: AtHorizon
+
+
 def stop_observed(kind: int, robots: RobotTable, bodies: GrownBodies, settings: DecisionSettings) -> None:
     """Let robots with a kind of skeleton, by which `bodies` are grown, stop at obstacles if they are predicted so."""
-    if settings.stops_at_obstacles and len(bodies.passive):
-        kernels.stop_at_obstacles(kind, robots, bodies, settings)
+    if settings.stops_at_obstacles and len(bodies.obstacles.each):
+        kernels.stop_at_obstacles(kind, robots, bodies.obstacles, bodies.robots.rounding, settings)
 
 
 def commit_to(robots: RobotTable, k: int, path: Path) -> None:
@@ -434,7 +450,7 @@ class Skeletons:
                 self.shapes.append(shape)
             kind.append(kinds[key])
         self.kind: Indices = np.array(kind)
-        self._bodies: dict[int, _RobotBodies] = {}
+        self._robots: dict[int, tuple[RobotBodies, MaybeCorners]] = {}
         self._alone: dict[int, GrownBodies] = {}
 
     def grown_bodies(
@@ -444,10 +460,10 @@ class Skeletons:
 
         Args:
             detours: whether costs count detours, which need the positions of obstacles at the horizon.
-            around: bodies farther away from it may be left out, see `GrownBodies.reach`; None: none is.
+            around: bodies farther away from it may be left out, see `Bodies.reach`; None: none is.
 
         Raises:
-            InvalidInput: see `minkowski.minkowski_sum`.
+            InvalidInput: see `minkowski_sum`.
         """
         if not len(obstacles):
             if kind not in self._alone:
@@ -456,68 +472,31 @@ class Skeletons:
         return self._made(kind, obstacles, around, detours=detours)
 
     def _made(self, kind: int, obstacles: ObstacleWindow, around: Reach | None, *, detours: bool) -> GrownBodies:
-        shape = self.shapes[kind]
-        bodies, body_balls, now, until, reach = obstacles.timed_bodies(shape, around)
-        robots, corners = self._robots(kind), Corners(bodies.corners, bodies.first, bodies.unordered)
-        hull = robots.hull
-        if len(robots.each):
-            hull = np.where(hull < 0, -1, len(bodies.unordered) + hull)
-            corners = Corners(
-                np.concatenate([bodies.corners, robots.corners.corners]),
-                np.concatenate([bodies.first, bodies.first[-1] + robots.corners.first[1:]]),
-                np.concatenate([bodies.unordered, robots.corners.unordered]),
-            )
-        return GrownBodies(
-            now=now,
-            until=until,
-            pieces=bodies.pieces,
-            first_piece=bodies.first_piece,
-            balls=bodies.balls,
-            body_balls=body_balls,
-            passive=bodies.each,
-            hull=bodies.hull,
-            corners=corners if bodies.has_hulls or robots.has_hulls else (),
-            at_horizon=obstacles.at_horizon() if detours else NONE_AT_HORIZON,
-            reach=reach,
-            robot_rounding=robots.rounding,
-            robot_first=robots.first,
-            robot_bodies=robots.each,
-            robot_hull=hull,
-        )
+        bodies = obstacles.uncut_bodies(self.shapes[kind], around)
+        robots, corners = self._robot_bodies(kind)
+        if corners:
+            before = len(bodies.corners.unordered) if bodies.corners else 0
+            robots = robots._replace(hull=np.where(robots.hull < 0, -1, before + robots.hull))
+            bodies = bodies._replace(corners=joined_corners([bodies.corners, corners]))
+        return GrownBodies(bodies, robots, obstacles.at_horizon() if detours else NONE_AT_HORIZON)
 
-    def _robots(self, kind: int) -> "_RobotBodies":
-        """The bodies of robots of all kinds, made once. Raises InvalidInput, see `minkowski.minkowski_sum`."""
-        if kind not in self._bodies:
-            d, none = self.dimension, np.empty(0)
+    def _robot_bodies(self, kind: int) -> tuple[RobotBodies, MaybeCorners]:
+        """The bodies of robots of all kinds, with hulls numbered from 0, and their corners, made once.
+
+        Raises InvalidInput, see `minkowski_sum`.
+        """
+        if kind not in self._robots:
+            d = self.dimension
             # A robot that is alone meets no robot: two of its shape may have no sum.
             met = [round_shape(0.0, d) if is_round(each) else each for each in self.shapes if len(self.kind) > 1]
             sums = [sum_of_shapes(each, met[kind]) for each in met]
-            counts = np.concatenate([np.empty(0, np.int64), *(each.counts for each in sums)])
-            bodies = zero_records(RobotBody, len(counts))
-            bodies["offset"][:, :d] = np.concatenate([np.empty((0, d)), *(each.offsets for each in sums)])
-            bodies["radius"] = np.concatenate([none, *(each.radius for each in sums)])
-            bodies["hull_radius"] = np.concatenate([none, *(each.hull_radius for each in sums)])
-            corners = Corners(
-                np.concatenate([np.empty((0, 5)), *(each.corners for each in sums)]),
-                np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)]),
-                np.concatenate([np.empty(0, np.bool_), *(each.unordered for each in sums)]),
-            )
-            first = np.cumsum([0, *(len(each.counts) for each in sums)])
-            point = (counts == 1) & (bodies["hull_radius"] == 0.0)
+            first, grown = np.cumsum([0, *(len(each.counts) for each in sums)]), sums_together([no_sum(d), *sums])
+            bodies = zero_records(RobotBody, len(grown.counts))
+            bodies["offset"][:, :d] = grown.offsets
+            bodies["radius"], bodies["hull_radius"] = grown.radius, grown.hull_radius
+            point = grown.is_point
             hull = np.where(point, -1, np.arange(len(point)))
             shape = self.shapes[kind]
             rounding = float(shape.parts[0].radius if is_round(shape) else 0.0)
-            has_hulls = not bool(point.all())
-            self._bodies[kind] = _RobotBodies(first, bodies, hull, corners, has_hulls, rounding)
-        return self._bodies[kind]
-
-
-class _RobotBodies(NamedTuple):
-    """The bodies of robots of all kinds, grown by one kind of skeleton, see `GrownBodies`."""
-
-    first: Indices  # (s + 1,)
-    each: Records[RobotBody]  # (r,)
-    hull: Indices  # (r,) its own number, or -1 if it is the origin
-    corners: Corners
-    has_hulls: bool  # whether any of them is more than the origin
-    rounding: float  # [m] of the skeleton
+            self._robots[kind] = RobotBodies(first, bodies, hull, rounding), () if point.all() else grown.hulls
+        return self._robots[kind]

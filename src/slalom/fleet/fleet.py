@@ -33,6 +33,7 @@ from slalom.decision.methods import Method, margin_among
 from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
 from slalom.decision.settings import DETOURS, FleetSettings, Settings
 from slalom.decision.tables import (
+    GrownBodies,
     Skeletons,
     bounds_of,
     commit_to,
@@ -58,7 +59,6 @@ from slalom.kernels.decision.tables import (
     NO_OBJECTIVES,
     DecisionSettings,
     DecisionTables,
-    GrownBodies,
     RobotTable,
 )
 from slalom.model.goal import Goal
@@ -366,9 +366,10 @@ class Fleet:
         for kind, own in enumerate(bodies):
             stop_observed(kind, self.table, own, settings)
         for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):
-            own = bodies[self.table.each["skeleton"][some[0]]]
-            parts = self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
-            tables = DecisionTables(self.table, own, *parts)
+            own = bodies[int(self.table.each["skeleton"][some[0]])]
+            tables = DecisionTables(
+                self.table, *own, self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
+            )
             fall_back = partial(self._fall_back, obstacles=obstacles, now=settings.now)
             fallen |= decide_all(some, tables, fall_back, self.threads)
         return fallen

@@ -103,24 +103,6 @@ class CutPieces(NamedTuple):
     body: Indices  # (n,)
 
 
-class BodyTable(NamedTuple):
-    """Bodies: convex parts of obstacles grown by parts of the robot."""
-
-    radius: Array  # (b,) [m] by which the hull is rounded, with the margin
-    hull_radius: Array  # (b,) [m] of the ball about the origin that holds the hull without the rounding
-    owner: Indices  # (b,) number of the obstacle
-    hull: Indices  # (b,) number of the hull, -1 for a point
-
-
-class Snapshot(NamedTuple):
-    """Bodies at the begin of a window of time, for the distances to them."""
-
-    pieces: Pieces
-    heads: Indices  # rows with which bodies begin that exist at the begin of the window
-    uncertain: Flags  # (b,) whether the radius and growth of the pieces hold an uncertainty of the position
-    hull: Indices  # (b,) number of the hull, -1 for a point
-
-
 class Workspace(NamedTuple):
     """Buffers of the search for collisions on one table, made once and used for every control."""
 
@@ -202,6 +184,107 @@ def zero_records(fields: type[R], n: int) -> Records[R]:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
+# Bodies: convex parts of obstacles, grown by parts of a robot, over time.
+
+
+EVERY_WORLD = -1
+"""The world of a body that is in all of them."""
+
+
+class Body:
+    """A part of an obstacle, grown by a part of a robot."""
+
+    radius: float  # [m] without uncertainty
+    hull_radius: float  # [m] of the ball about the origin that holds the hull
+    owner: int  # number of the obstacle
+    world: int  # in which the body is; EVERY_WORLD for all
+    uncertain: bool  # whether the radius of its pieces holds an uncertainty of its position
+    at_rest: bool  # whether a contact counts while the robot is at rest
+
+
+class Bodies(NamedTuple):
+    """All bodies of all obstacles, and their pieces: what relative motion is made of.
+
+    Pieces are cut to a window of time that begins at 0, or may begin before the window and end after it, see
+    `ObstacleWindow.uncut_bodies`.
+    """
+
+    pieces: Pieces  # radius [m] to add to that of the body: errors and uncertainty
+    balls: Array  # (n, 4) [m] centre and radius of a ball that holds the origin of the body, and its radius, on a piece
+    first_piece: Indices  # (b + 1,) body k has the pieces first_piece[k] to first_piece[k + 1]
+    each: Records[Body]  # (b,)
+    hull: Indices  # (b,) number of its hull, -1 for a point
+    corners: MaybeCorners
+    body_balls: Array  # (b, 4) [m] centre and radius of a ball that holds the body on all its pieces; inf: not known
+    now: float  # [s] the begin of the window on the clock of the pieces
+    until: Array  # (o,) [s] after now, up to which each obstacle counts
+    reach: float  # [m] bodies near paths that lead farther away from the robot may be left out
+
+    @property
+    def heads(self) -> Indices:
+        """The pieces (h,) with which bodies begin that exist when the window begins, to which pieces are cut."""
+        some = self.first_piece[:-1][self.first_piece[:-1] < self.first_piece[1:]]
+        return np.asarray(some[self.pieces.times[some, 0] <= 0.0])
+
+    @property
+    def turning(self) -> bool:
+        """Whether any body turns; if not, the pieces have no directions."""
+        return len(self.pieces.turns) > 0
+
+    @property
+    def owner(self) -> Indices:
+        """The obstacle of each body (b,)."""
+        return np.ascontiguousarray(self.each["owner"])
+
+    @property
+    def radius(self) -> Array:
+        """The radius (b,) [m] of each body, without uncertainty."""
+        return np.ascontiguousarray(self.each["radius"])
+
+    @property
+    def hull_radius(self) -> Array:
+        """The radius (b,) [m] of the ball about the origin of each body that holds its hull."""
+        return np.ascontiguousarray(self.each["hull_radius"])
+
+    @property
+    def at_rest(self) -> Flags:
+        """Whether a contact with each body counts while the robot is at rest (b,)."""
+        return np.ascontiguousarray(self.each["at_rest"])
+
+    @property
+    def hulls(self) -> MaybeHulls:
+        """The hulls of the bodies, without directions; empty where all bodies are points."""
+        return self.hulls_of(slice(None))
+
+    def displaced(self, offsets: Array) -> "Bodies":
+        """The same bodies, each displaced by its offset (b, 3) [m] at all times."""
+        moved = np.append(offsets, np.zeros((len(offsets), 1)), axis=1)
+        each, d = offsets[self.pieces.body], self.pieces.points.shape[2]
+        return self._replace(
+            pieces=self.pieces._replace(points=self.pieces.points + each[:, None, :d]),
+            balls=self.balls + moved[self.pieces.body],
+            body_balls=self.body_balls + moved,
+        )
+
+    def hulls_of(self, rows: Indices | slice) -> MaybeHulls:
+        """The hulls of bodies by number (n,), without directions; empty where all bodies are points."""
+        return Hulls(self.hull[rows], np.empty((4, 2, 0)), *self.corners) if self.corners else ()
+
+
+def joined_corners(parts: Sequence[MaybeCorners]) -> MaybeCorners:
+    """The corners of several parts, the hulls of each part numbered after those of the parts before it."""
+    some = [part for part in parts if part]
+    if len(some) < 2:
+        return some[0] if some else ()
+    first, before = [some[0].first], len(some[0].corners)
+    for part in some[1:]:
+        first.append(part.first[1:] + before)
+        before += len(part.corners)
+    corners, _, unordered = zip(*some)
+    return Corners(np.concatenate(corners), np.concatenate(first), np.concatenate(unordered))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
 # Tables for many choices in one call.
 
 
@@ -219,7 +302,8 @@ class States(NamedTuple):
 class Scene(NamedTuple):
     """Obstacles, the same for all states."""
 
-    bodies: Snapshot
-    table: BodyTable  # with the margin
+    bodies: Bodies
+    heads: Indices  # see `Bodies.heads`
+    radius: Array  # (b,) [m] with the margin
     error: float  # [m] of the response's cubic pieces
     horizon: float  # [s]

@@ -9,7 +9,7 @@ import numpy as np
 from slalom import kernels
 from slalom.base.checks import Array
 from slalom.base.tolerances import WHOLE_COUNT
-from slalom.kernels.arrays import Indices
+from slalom.kernels.arrays import Bodies, Indices
 from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, SearchProblem, SearchTree, SpacetimeIndex
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -18,7 +18,6 @@ from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies
 from slalom.obstacle.window import ObstacleWindow
 
 # ---------------------------------------------------------------------------------------------------------------------

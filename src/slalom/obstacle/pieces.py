@@ -1,17 +1,28 @@
 """Cubic pieces of the bodies of obstacles over an interval of time, one obstacle at a time and joined."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from slalom import kernels
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import INTERPOLATION
-from slalom.kernels.arrays import Flags, Hulls, Indices, MaybeHulls, Pieces, Records, joined_records, zero_records
-from slalom.kernels.decision.tables import EVERY_WORLD, PassiveBody
+from slalom.kernels.arrays import (
+    EVERY_WORLD,
+    Bodies,
+    Body,
+    Corners,
+    Flags,
+    Indices,
+    Pieces,
+    joined_corners,
+    joined_records,
+    zero_records,
+)
 from slalom.model.path import Path
 from slalom.model.shape import Part, Shape
 from slalom.model.trajectory import PiecewisePolynomial, Trajectory
@@ -31,6 +42,33 @@ class MinkowskiSum(NamedTuple):
     radius: Array  # (b,) [m] rounding
     hull_radius: Array  # (b,) [m] the largest distance of a corner from the body's origin
     unordered: Flags  # (b,)
+
+    @property
+    def is_point(self) -> Flags:
+        """Whether each body is a rounded point: its origin (b,)."""
+        return np.asarray((self.counts == 1) & (self.hull_radius == 0.0))
+
+    @property
+    def hulls(self) -> Corners:
+        """The corners, each body with a hull of its own number."""
+        return Corners(self.corners, np.concatenate([[0], np.cumsum(self.counts)]), self.unordered)
+
+    def repeated(self, n: int) -> "MinkowskiSum":
+        """The bodies n times, one time after the other."""
+        columns: tuple[npt.NDArray[Any], ...] = self
+        # Half the time of `np.tile`.
+        return MinkowskiSum(*(np.repeat(each[None], n, axis=0).reshape(-1, *each.shape[1:]) for each in columns))
+
+
+def no_sum(d: int) -> MinkowskiSum:
+    """No bodies, in dimension d."""
+    none, no = np.empty(0), np.empty(0, np.int64)
+    return MinkowskiSum(np.empty((0, d)), no, np.empty((0, 5)), none, none, np.empty(0, np.bool_))
+
+
+def sums_together(sums: Iterable[MinkowskiSum]) -> MinkowskiSum:
+    """The bodies of several sums, one sum after the other."""
+    return MinkowskiSum(*(np.concatenate(column) for column in zip(*sums)))
 
 
 def minkowski_sum(obstacle: Obstacle, robot: Shape) -> MinkowskiSum:
@@ -53,35 +91,26 @@ def sum_of_shapes(shape: Shape, robot: Shape) -> MinkowskiSum:
 
 @lru_cache(maxsize=4096)
 def _minkowski_sum(shape: Shape, robot: Shape, angle: float | None) -> MinkowskiSum:
-    d = shape.dimension
-    offsets = []
-    corners = []
-    radii = []
-    unordered = []
+    bodies = []
     for part in shape.parts:
         for other in robot.parts:
             both_polygonal = len(part.corners) > 1 and len(other.corners) > 1
-            if both_polygonal and d == 3:
+            if both_polygonal and shape.dimension == 3:
                 raise InvalidInput(
                     "robot: expected a ball, or obstacles that are balls, in space; found parts with "
                     f"{len(other.corners)} and {len(part.corners)} corners"
                 )
-            if angle is None:
-                offset, hull = _turning(part, other)
-            else:
-                offset, hull = _fixed(part, other, angle)
-            offsets.append(offset)
-            corners.append(hull)
-            radii.append(part.radius + other.radius)
+            offset, corners = _turning(part, other) if angle is None else _fixed(part, other, angle)
             # The order of the corners of the sum changes with the heading.
-            unordered.append(both_polygonal and angle is None)
+            bodies.append(_sum_of(offset, corners, part.radius + other.radius, both_polygonal and angle is None))
+    return sums_together(bodies)
+
+
+def _sum_of(offset: Array, corners: Array, radius: float, unordered: bool) -> MinkowskiSum:
+    """One body, see `MinkowskiSum`."""
+    extent = float((_length(corners[:, :3]) + _length(corners[:, 3:])).max())
     return MinkowskiSum(
-        np.array(offsets),
-        np.array([len(c) for c in corners], dtype=np.int64),
-        np.concatenate(corners),
-        np.array(radii),
-        np.array([float((_length(c[:, :3]) + _length(c[:, 3:])).max()) for c in corners]),
-        np.array(unordered),
+        offset[None], np.array([len(corners)]), corners, np.array([radius]), np.array([extent]), np.array([unordered])
     )
 
 
@@ -167,85 +196,30 @@ class Reach(NamedTuple):
     clearance: float  # [m] from bodies that still count, with all errors of both
 
 
-class Bodies(NamedTuple):
-    """All pieces of all bodies, and the bodies: what relative motion is made of."""
+def bodies_of(pieces: Pieces, shape: MinkowskiSum, owner: Indices, uncertain: Flags, count: int) -> Bodies:
+    """The bodies of `count` obstacles in every world, contact with which counts, with pieces cut to a window of time.
 
-    pieces: Pieces  # times elapsed [s]; radius [m] to add to that of the body: errors and uncertainty
-    balls: Array  # (n, 4) [m] see `kernels.piece_balls`
-    turning: bool  # whether any body turns; if not, the pieces have no directions
-    each: Records[PassiveBody]  # (b,)
-    hull: Indices  # (b,) number of its hull, or -1 for a point
-    corners: Array  # (c, 5) see `kernels.arrays.Corners`
-    first: Indices  # (h + 1,)
-    unordered: Flags  # (h,)
-    first_piece: Indices  # (b + 1,) body k has the pieces first_piece[k] to first_piece[k + 1]
-    has_hulls: bool  # whether any of them is more than a point
-
-    @property
-    def heads(self) -> Indices:
-        """The pieces (h,) with which bodies begin that exist when the window begins."""
-        some = self.first_piece[:-1][self.first_piece[:-1] < self.first_piece[1:]]
-        return np.asarray(some[self.pieces.times[some, 0] <= 0.0])
-
-    @property
-    def owner(self) -> Indices:
-        """The obstacle of each body (b,)."""
-        return np.ascontiguousarray(self.each["owner"])
-
-    @property
-    def radius(self) -> Array:
-        """The radius (b,) [m] of each body, without uncertainty."""
-        return np.ascontiguousarray(self.each["radius"])
-
-    @property
-    def hull_radius(self) -> Array:
-        """The radius (b,) [m] of the ball about the origin of each body that holds its hull."""
-        return np.ascontiguousarray(self.each["hull_radius"])
-
-    @property
-    def uncertain(self) -> Flags:
-        """Whether the obstacle of each body has an uncertainty (b,)."""
-        return np.ascontiguousarray(self.each["uncertain"])
-
-    @property
-    def at_rest(self) -> Flags:
-        """Whether a contact with each body counts while the robot is at rest (b,)."""
-        return np.ascontiguousarray(self.each["at_rest"])
-
-    @property
-    def hulls(self) -> MaybeHulls:
-        """The hulls of the bodies, without directions; empty where all bodies are points."""
-        if not self.has_hulls:
-            return ()
-        return Hulls(self.hull, np.empty((4, 2, 0)), self.corners, self.first, self.unordered)
-
-    def displaced(self, offsets: Array) -> "Bodies":
-        """The same bodies, each displaced by its offset (b, 3) [m] at all times."""
-        each, d = offsets[self.pieces.body], self.pieces.points.shape[2]
-        balls = self.balls + np.append(each, np.zeros((len(each), 1)), axis=1)
-        return self._replace(pieces=self.pieces._replace(points=self.pieces.points + each[:, None, :d]), balls=balls)
-
-    def hulls_of(self, rows: Indices) -> MaybeHulls:
-        """The hulls of bodies by number (n,), without directions; empty where all bodies are points."""
-        hulls = self.hulls
-        return hulls._replace(hull=self.hull[rows]) if isinstance(hulls, Hulls) else ()
-
-
-class TimedBodies(NamedTuple):
-    """Bodies with pieces that may begin before a window of time and end after it."""
-
-    bodies: Bodies  # grown by a robot's shape, of which those farther away than `reach` may be left out
-    balls: Array  # (b, 4) [m] balls that hold each body on all its pieces; radius inf: not known
-    now: float  # [s] the begin of the window on the clock of the pieces
-    until: Array  # (o,) [s] after it, up to which each obstacle counts
-    reach: float  # [m]
-
-
-def passive_bodies(count: int) -> Records[PassiveBody]:
-    """Bodies (b,) in every world, contact with which counts; the rest is 0."""
-    each = zero_records(PassiveBody, count)
+    `owner` (b,) is the obstacle of each, `uncertain` (b,) whether the radius of its pieces holds an uncertainty. Balls
+    that hold bodies on all their pieces are not known.
+    """
+    each, unknown = zero_records(Body, len(owner)), np.zeros((len(owner), 4))
     each["world"], each["at_rest"] = EVERY_WORLD, True
-    return each
+    each["owner"], each["uncertain"] = owner, uncertain
+    each["radius"], each["hull_radius"] = shape.radius, shape.hull_radius
+    hull = np.where(shape.is_point & ~uncertain, -1, np.arange(len(owner)))
+    unknown[:, 3] = np.inf
+    return Bodies(
+        pieces,
+        kernels.piece_balls(pieces),
+        first_piece=np.searchsorted(pieces.body, np.arange(len(owner) + 1)),
+        each=each,
+        hull=hull,
+        corners=shape.hulls if hull.max(initial=-1) >= 0 else (),
+        body_balls=unknown,
+        now=0.0,
+        until=np.full(count, np.inf),
+        reach=np.inf,
+    )
 
 
 def joined(
@@ -258,7 +232,6 @@ def joined(
 ) -> Bodies:
     """The pieces of obstacles `indices`, times from `start` on; `stretched`: some by the way to where they brake to."""
     sizes = np.array([len(shape.radius) for shape in shapes])
-    owner, count = np.repeat(np.array(indices), sizes), int(sizes.sum())
     lengths = [len(table.body) for table in tables]
     turning = stretched or any(obstacles[index].turns for index in indices)
     pieces = Pieces(
@@ -269,28 +242,11 @@ def joined(
         np.concatenate([t.turns for t in tables]) if turning else NO_TURNS,
         np.concatenate([t.body for t in tables]) + np.repeat(np.cumsum(sizes) - sizes, lengths),
     )
-    counts = np.concatenate([shape.counts for shape in shapes])
-    plain = np.array([obstacles[index].uncertainty is None for index in indices])
-    spread = np.concatenate([shape.hull_radius for shape in shapes])
-    point = (counts == 1) & (spread == 0.0) & np.repeat(plain, sizes)
-    hull, each = np.where(point, -1, np.arange(count)), passive_bodies(count)
-    each["owner"] = owner
-    each["hull_radius"] = spread
-    each["uncertain"] = ~np.repeat(plain, sizes)
-    each["radius"] = np.concatenate([shape.radius for shape in shapes])
-    each["at_rest"] = np.repeat([obstacles[index].contact_at_rest for index in indices], sizes)
-    return Bodies(
-        pieces,
-        kernels.piece_balls(pieces),
-        turning=turning,
-        each=each,
-        hull=hull,
-        corners=np.concatenate([shape.corners for shape in shapes]),
-        first=np.concatenate([[0], np.cumsum(counts)]),
-        unordered=np.concatenate([shape.unordered for shape in shapes]),
-        first_piece=np.searchsorted(pieces.body, np.arange(count + 1)),
-        has_hulls=bool(hull.max(initial=-1) >= 0),
-    )
+    uncertain = np.array([obstacles[index].uncertainty is not None for index in indices])
+    owner, uncertain = np.repeat(np.array(indices), sizes), np.repeat(uncertain, sizes)
+    bodies = bodies_of(pieces, sums_together(shapes), owner, uncertain, len(obstacles))
+    bodies.each["at_rest"] = np.repeat([obstacles[index].contact_at_rest for index in indices], sizes)
+    return bodies
 
 
 def pieces_of_each(
@@ -319,7 +275,7 @@ def pieces_of_each(
             indices.append(index)
             spans.append((begin, end))
     if not indices:
-        return no_bodies(robot.dimension)
+        return no_bodies(robot.dimension, len(obstacles))
     foreseen = start if decided is None else decided
     paths = _paths_at_once([obstacles[index] for index in indices], spans)
     ways: list[Path | None] = [None] * len(indices)
@@ -339,14 +295,9 @@ def pieces_of_each(
 @lru_cache(maxsize=256)
 def _stretched_sum(radius: float, robot: Shape) -> MinkowskiSum:
     """Minkowski sum of a disc, stretched by a displacement that is the direction of the body, and a robot."""
-    parts = [(_turning(STRETCHED_PART, other), other) for other in robot.parts]
-    return MinkowskiSum(
-        np.array([offset for (offset, _), _ in parts]),
-        np.array([len(corners) for (_, corners), _ in parts], dtype=np.int64),
-        np.concatenate([corners for (_, corners), _ in parts]),
-        np.array([radius + other.radius for _, other in parts]),
-        np.array([float((_length(c[:, :3]) + _length(c[:, 3:])).max()) for (_, c), _ in parts]),
-        np.array([len(other.corners) > 1 for _, other in parts]),
+    return sums_together(
+        _sum_of(*_turning(STRETCHED_PART, other), radius + other.radius, len(other.corners) > 1)
+        for other in robot.parts
     )
 
 
@@ -407,20 +358,19 @@ def _uncertain_knots(path: Path, begin: float, end: float) -> Array:
     return np.union1d(path.times, np.linspace(begin, end, UNCERTAINTY_PIECES + 1))
 
 
-def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
-    """The bodies of several parts, with `counts` obstacles each, one part after the other."""
+def merged(parts: Sequence[Bodies]) -> Bodies:
+    """The bodies of several parts, cut to one window of time, one part after the other."""
     if len(parts) == 1:
         return parts[0]
     rows, bodies = [len(part.pieces.body) for part in parts], [len(part.each) for part in parts]
     from_row, from_body = np.cumsum([0, *rows]), np.cumsum([0, *bodies])
-    from_corner = np.cumsum([0, *(len(part.corners) for part in parts)])
-    from_hull = np.cumsum([0, *(len(part.unordered) for part in parts)])
+    from_hull = np.cumsum([0, *(len(part.corners.unordered) if part.corners else 0 for part in parts)])
     columns, turning = zip(*(part.pieces for part in parts)), any(part.turning for part in parts)
     times, points, radius, growth, turns, body = columns
     if turning:
         turns = tuple(part.pieces.turns if part.turning else _ahead(n) for part, n in zip(parts, rows))
     each = joined_records([part.each for part in parts])
-    each["owner"] += np.repeat(np.cumsum([0, *counts])[:-1], bodies)
+    each["owner"] += np.repeat(np.cumsum([0, *(len(part.until) for part in parts)])[:-1], bodies)
     return Bodies(
         Pieces(
             np.concatenate(times),
@@ -430,15 +380,15 @@ def merged(parts: Sequence[Bodies], counts: Sequence[int]) -> Bodies:
             np.concatenate(turns) if turning else NO_TURNS,
             np.concatenate(body) + np.repeat(from_body[:-1], rows),
         ),
-        np.concatenate([part.balls for part in parts]),
-        turning=turning,
+        balls=np.concatenate([part.balls for part in parts]),
+        first_piece=np.concatenate([[0], *(part.first_piece[1:] + k for part, k in zip(parts, from_row))]),
         each=each,
         hull=np.concatenate([np.where(p.hull < 0, -1, p.hull + k) for p, k in zip(parts, from_hull)]),
-        corners=np.concatenate([part.corners for part in parts]),
-        first=np.concatenate([[0], *(part.first[1:] + k for part, k in zip(parts, from_corner))]),
-        unordered=np.concatenate([part.unordered for part in parts]),
-        first_piece=np.concatenate([[0], *(part.first_piece[1:] + k for part, k in zip(parts, from_row))]),
-        has_hulls=any(part.has_hulls for part in parts),
+        corners=joined_corners([part.corners for part in parts]),
+        body_balls=np.concatenate([part.body_balls for part in parts]),
+        now=0.0,
+        until=np.concatenate([part.until for part in parts]),
+        reach=min(part.reach for part in parts),
     )
 
 
@@ -460,7 +410,7 @@ def rows_of(
         way: see `braking_displacement`, of a disc that may brake.
     """
     if not begin < end:
-        return no_bodies(obstacle.dimension).pieces
+        return no_pieces(obstacle.dimension)
     path = obstacle.trajectory.path(begin, end) if known is None else known
     turns: Array | None = None
     radius, growth = path.error, np.zeros(len(path.error))
@@ -506,20 +456,11 @@ _AHEAD = np.array([1.0, 0.0])
 NO_TURNS = np.empty((0, 4, 2))
 
 
-def no_bodies(d: int) -> Bodies:
-    """No bodies, in dimension d."""
-    none = np.empty(0)
-    no = np.empty(0, np.int64)
-    never = np.empty(0, np.bool_)
-    return Bodies(
-        Pieces(np.empty((0, 2)), np.empty((0, 4, d)), none, none, np.empty((0, 4, 2)), no),
-        balls=np.empty((0, 4)),
-        turning=False,
-        each=passive_bodies(0),
-        hull=no,
-        corners=np.empty((0, 5)),
-        first=np.zeros(1, np.int64),
-        unordered=never,
-        first_piece=np.zeros(1, np.int64),
-        has_hulls=False,
-    )
+def no_bodies(d: int, count: int) -> Bodies:
+    """No bodies of `count` obstacles, in dimension d."""
+    return bodies_of(no_pieces(d), no_sum(d), np.empty(0, np.int64), np.empty(0, np.bool_), count)
+
+
+def no_pieces(d: int) -> Pieces:
+    """No pieces, in dimension d."""
+    return Pieces(np.empty((0, 2)), np.empty((0, 4, d)), np.empty(0), np.empty(0), NO_TURNS, np.empty(0, np.int64))

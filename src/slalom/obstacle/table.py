@@ -10,11 +10,11 @@ from slalom import kernels
 from slalom.base.checks import Array, has
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import LARGEST
-from slalom.kernels.arrays import Flags, Indices, joined_records, zero_records
-from slalom.kernels.decision.tables import EVERY_WORLD, AtHorizon, ObstacleAtHorizon
+from slalom.kernels.arrays import EVERY_WORLD, Bodies, Flags, Indices, joined_records, zero_records
+from slalom.kernels.decision.tables import AtHorizon, ObstacleAtHorizon
 from slalom.model.shape import Shape
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies, Reach, joined, minkowski_sum, no_bodies, outline_parts, rows_of
+from slalom.obstacle.pieces import Reach, joined, minkowski_sum, no_bodies, outline_parts, rows_of
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles at the horizon, from which the costs of detours are estimated.
@@ -146,7 +146,7 @@ class ObstacleTable:
         self._uncertain = any(obstacle.uncertainty is not None for obstacle in self.obstacles)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in self.obstacles)
         self.has_futures = any(obstacle.probability < 1.0 for obstacle in self.obstacles)
-        self._bodies: dict[tuple[Shape, int, float], tuple[Bodies, Array]] = {}
+        self._bodies: dict[tuple[Shape, int, float], Bodies] = {}
         self._parts: dict[bool, tuple[ObstacleTable, tuple[Obstacle, ...]]] = {}
 
     def __repr__(self) -> str:
@@ -191,17 +191,19 @@ class ObstacleTable:
             InvalidInput: an obstacle with an uncertainty, or whose trajectory ended before the start.
         """
         if not self.obstacles:
-            return no_bodies(robot.dimension)
-        bodies, body_balls = self.stretch(robot, start, horizon)
-        some = np.arange(len(body_balls))
+            return no_bodies(robot.dimension, 0)
+        bodies = self.stretch(robot, start, horizon)
+        some = np.arange(len(bodies.each))
         if reach is not None:
-            some = kernels.balls_near(body_balls, reach.position, reach.distance + reach.clearance)
-        each = bodies.each if len(some) == len(body_balls) else bodies.each[some]
+            some = kernels.balls_near(bodies.body_balls, reach.position, reach.distance + reach.clearance)
+        within = bodies
+        if len(some) < len(bodies.each):
+            balls = bodies.body_balls[some]
+            within = bodies._replace(each=bodies.each[some], hull=bodies.hull[some], body_balls=balls)
         pieces, balls, first = kernels.pieces_within(
-            bodies.pieces, bodies.balls, bodies.first_piece, some, start, until[each["owner"]]
+            bodies.pieces, bodies.balls, bodies.first_piece, some, start, until[within.each["owner"]]
         )
-        found = bodies._replace(pieces=pieces, balls=balls, first_piece=first)
-        return found if each is bodies.each else found._replace(each=each, hull=bodies.hull[some])
+        return within._replace(pieces=pieces, balls=balls, first_piece=first, now=0.0)
 
     def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
         """Those around which detours lead and that exist after `horizon` [s] from the start: numbers, and as then."""
@@ -222,11 +224,11 @@ class ObstacleTable:
         rests = np.array([self.obstacles[k].at_rest for k in some], np.bool_)
         return some[rests], some[~rests], at_horizon(self.obstacles, some[rests], 0.0, 0.0)
 
-    def stretch(self, robot: Shape, start: float, horizon: float) -> tuple[Bodies, Array]:
-        """All bodies grown by a robot's shape, and balls (b, 4) [m] that hold each, see `kernels.body_balls`.
+    def stretch(self, robot: Shape, start: float, horizon: float) -> Bodies:
+        """All bodies grown by a robot's shape, from now, the `start` [s], on; times are absolute.
 
-        Over the stretch of time that contains the start [s] and a horizon [s] after it; over all time if all obstacles
-        are at rest. Times are absolute.
+        Over the stretch of time that contains the start and a horizon [s] after it; over all time if all obstacles are
+        at rest.
 
         Raises:
             InvalidInput: an obstacle with an uncertainty, or whose trajectory ended before the start.
@@ -254,9 +256,9 @@ class ObstacleTable:
             # Earlier stretches are over. A new dictionary: other threads may go through the former one.
             kept = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
             self._bodies = {**kept, key: made}
-        return made
+        return made._replace(now=start)
 
-    def _made(self, robot: Shape, begin: float, end: float) -> tuple[Bodies, Array]:
+    def _made(self, robot: Shape, begin: float, end: float) -> Bodies:
         """All bodies from begin to end [s]."""
         shapes = [minkowski_sum(obstacle, robot) for obstacle in self.obstacles]
         tables = [
@@ -264,7 +266,8 @@ class ObstacleTable:
             for obstacle, shape, (first, last) in zip(self.obstacles, shapes, self._spans.tolist())
         ]
         bodies = joined(self.obstacles, range(len(shapes)), shapes, tables, 0.0)
-        return bodies, kernels.body_balls(bodies.balls, bodies.first_piece, bodies.radius + bodies.hull_radius)
+        balls = kernels.body_balls(bodies.balls, bodies.first_piece, bodies.radius + bodies.hull_radius)
+        return bodies._replace(body_balls=balls)
 
 
 def one_dimension(dimensions: Iterable[int | None]) -> int | None:

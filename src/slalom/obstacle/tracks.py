@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom import kernels
 from slalom.base.checks import (
     FORECAST,
     UNCERTAINTY,
@@ -26,8 +25,8 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import REST
 from slalom.forecast.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.forecast.linear import table_between, table_until
-from slalom.kernels.arrays import Indices, Pieces, zero_records
-from slalom.kernels.decision.tables import EVERY_WORLD, AtHorizon, ObstacleAtHorizon
+from slalom.kernels.arrays import EVERY_WORLD, Bodies, Indices, Pieces, zero_records
+from slalom.kernels.decision.tables import AtHorizon, ObstacleAtHorizon
 from slalom.model.limits import Limits
 from slalom.model.shape import Shape, round_shape
 from slalom.model.state import State
@@ -37,11 +36,10 @@ from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import (
     NO_TURNS,
     UNCERTAINTY_PIECES,
-    Bodies,
     Reach,
+    bodies_of,
     merged,
     no_bodies,
-    passive_bodies,
     pieces_of_each,
     sum_of_shapes,
 )
@@ -288,7 +286,7 @@ class Tracks:
         self.refuse_later(start)
         counts = until > 0.0
         if not counts.any():
-            return no_bodies(self.dimension)
+            return no_bodies(self.dimension, len(self))
         brakes = counts & (False if self._braking is None else self._braking > 0.0)
         if not counts.all() or brakes.any():
             kept, some = np.flatnonzero(counts & ~brakes), np.flatnonzero(brakes)
@@ -298,9 +296,9 @@ class Tracks:
                 found = pieces_of_each(slowing.obstacles, robot, start, until[some], self.t, slowing._braking)
                 found.each["world"] = slowing.worlds[found.owner]
                 parts.append(found)
-            together = merged(parts, [len(kept), len(some)])
+            together = merged(parts)
             together.each["owner"] = np.append(kept, some)[together.owner]
-            return together
+            return together._replace(until=np.full(len(self), np.inf))
         exact = np.array([uncertainty is None for uncertainty in self.uncertainties])
         cuts = 1 if exact.all() else UNCERTAINTY_PIECES
         rule = table_between(self.forecast, start - self.t, horizon, cuts)
@@ -314,35 +312,20 @@ class Tracks:
         b, d = len(shape.radius), self.dimension
         points = np.asarray(rule.points(self.states)[:, None] + shape.offsets[:, None, None])
         total = n * b
-        number = np.arange(total)
         widths = np.repeat(self._widths(rule.times + (start - self.t)), b, axis=0)
-        point = _each((shape.counts == 1) & (shape.hull_radius == 0.0), n) & np.repeat(exact, b)
-        hull, each = np.where(point, -1, number), passive_bodies(total)
-        each["owner"], each["world"], each["uncertain"] = (
-            np.repeat(one, b) for one in (np.arange(n), self.worlds, ~exact)
-        )
-        each["radius"] = np.add.outer(self.radii, shape.radius).reshape(-1)
-        each["hull_radius"] = _each(shape.hull_radius, n)
         pieces = Pieces(
-            _each(np.stack([rule.times[:-1], rule.times[1:]], axis=1), total),
+            np.tile(np.stack([rule.times[:-1], rule.times[1:]], axis=1), (total, 1)),
             points.reshape(total * k, 4, d),
             widths[:, :-1].ravel(),
             np.diff(widths, axis=1).ravel(),
             NO_TURNS,
-            np.repeat(number, k),
+            np.repeat(np.arange(total), k),
         )
-        return Bodies(
-            pieces,
-            kernels.piece_balls(pieces),
-            turning=False,
-            each=each,
-            hull=hull,
-            corners=_each(shape.corners, n),
-            first=np.append(0, np.cumsum(_each(shape.counts, n))),
-            unordered=_each(shape.unordered, n),
-            first_piece=np.arange(0, total * k + 1, k),
-            has_hulls=bool(hull.max() >= 0),
-        )
+        every = shape.repeated(n)
+        every = every._replace(radius=every.radius + np.repeat(self.radii, b))
+        found = bodies_of(pieces, every, np.repeat(np.arange(n), b), np.repeat(~exact, b), n)
+        found.each["world"] = np.repeat(self.worlds, b)
+        return found
 
     def _widths(self, elapsed: Array) -> Array:
         """The uncertainty (n, k) [m] of each at times (k,) [s] since the observation."""
@@ -351,7 +334,6 @@ class Tracks:
         return np.stack([radii.get(id(one), np.zeros(len(elapsed))) for one in self.uncertainties])
 
 
-Scalar = TypeVar("Scalar", bound=np.generic)
 _COLUMNS = ("positions", "velocities", "accelerations")
 
 
@@ -373,8 +355,3 @@ def told_apart(ids: Sequence[object], name: str) -> None:
                 f"{name}: expected different ones, by which tracks are told apart; found {text_of_id} twice"
             )
         seen.add(text_of_id)
-
-
-def _each(rows: npt.NDArray[Scalar], n: int) -> npt.NDArray[Scalar]:
-    """The rows (k, ...) n times, one after the other: (n k, ...)."""
-    return np.repeat(rows[None], n, axis=0).reshape(n * len(rows), *rows.shape[1:])

@@ -13,13 +13,13 @@ from slalom.base.checks import Array, array, duration, has, number
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, OVERLAP
 from slalom.forecast.forecast import EXACT, Forecast
-from slalom.kernels.arrays import Flags, Indices, Snapshot, zero_records
+from slalom.kernels.arrays import Bodies, Flags, Indices, zero_records
 from slalom.kernels.decision.tables import AtHorizon, ObstacleAtHorizon
 from slalom.model.limits import Limits
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import Bodies, Reach, TimedBodies, merged, no_bodies, pieces_of_each
+from slalom.obstacle.pieces import Reach, merged, no_bodies, pieces_of_each
 from slalom.obstacle.predicted import futures
 from slalom.obstacle.table import (
     NO_CORNERS,
@@ -245,9 +245,7 @@ class ObstacleWindow:
             self._near = _key(robot, around), bodies
         else:
             bodies = self.bodies(robot)
-        now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
-        radii = bodies.radius, bodies.hull_radius
-        return kernels.covered_at_rest(now, bodies.balls, *radii, bodies.hulls, points, margin)
+        return kernels.covered_at_rest(bodies, bodies.heads, bodies.hulls, points, margin)
 
     def within(self, horizons: npt.ArrayLike) -> "ObstacleWindow":
         """The same obstacles with other horizons (n,) [s]; each counts for the shorter of both."""
@@ -289,7 +287,7 @@ class ObstacleWindow:
         for source, count in zip(self._sources, self._counts):
             parts.append(source.bodies(robot, self.start, self.until[first : first + count], self.horizon, reach))
             first += count
-        bodies = merged(parts, self._counts) if parts else no_bodies(robot.dimension)
+        bodies = merged(parts) if parts else no_bodies(robot.dimension, 0)
         if not self._at_rest:
             bodies = bodies._replace(each=bodies.each.copy())
             bodies.each["at_rest"] = False
@@ -302,19 +300,15 @@ class ObstacleWindow:
             moved = np.where(overlapped, np.maximum(outside + deeper[bodies.owner], SHALLOW_OVERLAP), 0.0) + all_by
             moved[~np.isfinite(found[:, 0])] = 0.0
             bodies = bodies.displaced(moved[:, None] * found[:, 1:])
-        return bodies
+        return bodies if reach is None else bodies._replace(reach=reach.distance)
 
-    def timed_bodies(self, robot: Shape, reach: Reach | None) -> TimedBodies:
+    def uncut_bodies(self, robot: Shape, reach: Reach | None) -> Bodies:
         """As `bodies_near`, for kernels that cut pieces to the window: those of a single table as they are."""
         if len(self._sources) == 1 and self._at_rest and self._touched_from is None:
             table = self._sources[0]
             if isinstance(table, ObstacleTable) and len(table):
-                bodies, balls = table.stretch(robot, self.start, self.horizon)
-                return TimedBodies(bodies, balls, self.start, self.until, np.inf)
-        bodies = self.bodies(robot) if reach is None else self.bodies_near(robot, reach)
-        balls = np.zeros((len(bodies.each), 4))
-        balls[:, 3] = np.inf
-        return TimedBodies(bodies, balls, 0.0, np.full(len(self), np.inf), np.inf if reach is None else reach.distance)
+                return table.stretch(robot, self.start, self.horizon)._replace(until=self.until)
+        return self.bodies(robot) if reach is None else self.bodies_near(robot, reach)
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
         """Distance (b,) [m] of each body from a robot at `position` (d,) [m] now, and the direction of each (b, d).
@@ -334,8 +328,7 @@ def _measured(bodies: Bodies, position: Array) -> Array:
 
     position: (d,) [m], an array that can be written: for others the kernel would be compiled once more.
     """
-    now = Snapshot(bodies.pieces, bodies.heads, bodies.uncertain, bodies.hull)
-    return kernels.distances_now(now, bodies.hulls, position)
+    return kernels.distances_now(bodies, bodies.heads, bodies.hulls, position)
 
 
 def _key(robot: Shape, reach: Reach) -> tuple[object, ...]:

@@ -5,11 +5,10 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slalom.base.tolerances import CONTACT_SLACK
-from slalom.kernels.arrays import Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, Records
+from slalom.kernels.arrays import EVERY_WORLD, Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, Records
 from slalom.kernels.decision.neighbours import farthest_distance
 from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.tables import (
-    EVERY_WORLD,
     MET_BODY,
     DecisionSettings,
     DecisionTables,
@@ -105,18 +104,18 @@ def passive_in_reach(i: int, error: float, centers: Array, radii: Array, tables:
     """
     robot = tables.robots.each[i]
     bodies = tables.bodies
-    now = tables.bodies.now
+    now = bodies.now
     horizon = tables.settings.horizon
     times = bodies.pieces.times
     count = 0
     b = 0
     row = np.empty(len(times), np.int64)
     number = np.empty(len(times), np.int64)
-    body = np.empty(len(bodies.passive), np.int64)
-    more = robot.rounding - bodies.robot_rounding + robot.margin + error
+    body = np.empty(len(bodies.each), np.int64)
+    more = robot.rounding - tables.robot_bodies.rounding + robot.margin + error
     far = farthest_distance(robot.position[:], centers, radii) + CONTACT_SLACK
-    for k in range(len(bodies.passive)):
-        passive = bodies.passive[k]
+    for k in range(len(bodies.each)):
+        passive = bodies.each[k]
         known = count
         until = min(bodies.until[passive.owner], horizon)
         if is_elsewhere(passive.world, robot.world) or not is_near(bodies.body_balls[k], robot.position, far + more):
@@ -157,12 +156,12 @@ def add_passive(
     fixed = bodies.pieces
     turning = len(rows.pieces.turns) > 0
     count = 0
-    now = tables.bodies.now
-    more = robot.rounding - bodies.robot_rounding + robot.margin + error
+    now = bodies.now
+    more = robot.rounding - tables.robot_bodies.rounding + robot.margin + error
     for k in range(len(passive.row)):
         s = passive.row[k]
         b = passive.number[k]
-        body = bodies.passive[passive.body[b]]
+        body = bodies.each[passive.body[b]]
         begin = max(fixed.times[s, 0], now)
         end = min(fixed.times[s, 1], now + bodies.until[body.owner])
         width = fixed.times[s, 1] - fixed.times[s, 0]
@@ -198,10 +197,10 @@ def grow_passive(
     """
     bodies = tables.bodies
     pieces = rows.pieces
-    more = tables.robots.each[i].rounding - bodies.robot_rounding
+    more = tables.robots.each[i].rounding - tables.robot_bodies.rounding
     radius = np.empty(len(numbers))
     for b in range(len(radius)):
-        passive = bodies.passive[numbers[b]]
+        passive = bodies.each[numbers[b]]
         radius[b] = passive.radius + more
         rows.hull[b] = bodies.hull[numbers[b]]
         rows.bodies[b].hull_radius = passive.hull_radius
@@ -209,7 +208,7 @@ def grow_passive(
     overlapping = add_margin(i, numbers, radius, count, rows, tables)
     for s in range(count):
         b = pieces.body[s]
-        passive = bodies.passive[numbers[b]]
+        passive = bodies.each[numbers[b]]
         pieces.radius[s] += radius[b] + error
         rows.balls[s, 3] += radius[b] + passive.hull_radius + error
         rows.margin[s, 0] = max(radius[b] - passive.radius - more, 0.0)
@@ -250,7 +249,7 @@ def add_margin(
     for h in range(len(near)):
         s = near[h]
         clearance = found[h, 0] - radius[body[h]]
-        passive = bodies.passive[numbers[body[h]]]
+        passive = bodies.each[numbers[body[h]]]
         if passive.uncertain:
             clearance -= pieces.radius[s] + pieces.growth[s] * share_of_piece(pieces.times, s)
         # From a body that a robot at rest may touch there is nothing to separate.
@@ -389,7 +388,7 @@ def obstacle_pieces(
     total = len(passive.body)
     for k in near:
         skeleton = robots.each[k].skeleton
-        total += bodies.robot_first[skeleton + 1] - bodies.robot_first[skeleton]
+        total += tables.robot_bodies.first[skeleton + 1] - tables.robot_bodies.first[skeleton]
     # One row more for each body of a robot: one piece is cut where the margin is whole again.
     n = len(passive.row) + (total - len(passive.body)) * (q + 1)
     turning = len(bodies.pieces.turns) > 0
@@ -419,7 +418,7 @@ def add_robots(
     The first is number `body` and begins at row s. Returns whether robot i overlaps one, and the next free row.
     """
     robots = tables.robots
-    bodies = tables.bodies
+    bodies = tables.robot_bodies
     settings = tables.settings
     pieces = rows.pieces
     robot = robots.each[i]
@@ -437,16 +436,16 @@ def add_robots(
         other = robots.each[k]
         state_on_path(observed, k, now, position, velocity)
         both = robot.rounding + other.rounding
-        for j in range(bodies.robot_first[other.skeleton], bodies.robot_first[other.skeleton + 1]):
-            part = bodies.robot_bodies[j]
+        for j in range(bodies.first[other.skeleton], bodies.first[other.skeleton + 1]):
+            part = bodies.each[j]
             square = 0.0
             for axis in range(d):
                 place[0, axis] = position[axis] + part.offset[axis] - robot.position[axis]
                 square += squared(place[0, axis])
             distance = np.sqrt(square)
-            if bodies.robot_hull[j] >= 0:
-                hulls = hulls_of_bodies(bodies.corners, bodies.robot_hull, np.empty((4, 2, 0)))
-                distance = distances(place, np.array([[1.0, 0.0]]), bodies.robot_hull[j : j + 1], hulls)[0, 0]
+            if bodies.hull[j] >= 0:
+                hulls = hulls_of_bodies(tables.bodies.corners, bodies.hull, np.empty((4, 2, 0)))
+                distance = distances(place, np.array([[1.0, 0.0]]), bodies.hull[j : j + 1], hulls)[0, 0]
             clearance = distance - (part.radius + both)
             overlapping = overlapping or overlaps(clearance)
             extra = kept_margin(clearance, margin)
@@ -457,7 +456,7 @@ def add_robots(
             if agrees and rows.bodies[body].share < 1.0:
                 wider = agreed_side(robot, other, position, velocity, clearance - max(extra, 0.0), side)
             rows.bodies[body].robot = k
-            rows.hull[body] = bodies.robot_hull[j]
+            rows.hull[body] = bodies.hull[j]
             rows.bodies[body].hull_radius = part.hull_radius
             end = s
             cut = settings.regain if extra < margin else np.inf

@@ -15,8 +15,8 @@ def longer_by_balls(i: int, goal: Array, tables: DecisionTables, scratch: Scratc
     """Extra length [m] of the path of robot i from the scratch's position to the goal (3,) [m] around passive balls."""
     robot = tables.robots.each[i]
     longer = 0.0
-    for e in range(len(tables.bodies.at_horizon.each)):
-        body = tables.bodies.at_horizon.each[e]
+    for e in range(len(tables.at_horizon.each)):
+        body = tables.at_horizon.each[e]
         if body.filled and not is_elsewhere(body.world, robot.world):
             radius = body.ball + robot.radius + robot.margin
             longer += detour_length(scratch.position, goal, body.position, radius)
@@ -32,7 +32,7 @@ def time_around(i: int, t: float, straight: float, tables: DecisionTables, scrat
     around the obstacle with the longest detour; the lengths of all others are added.
     """
     robot = tables.robots.each[i]
-    bodies = tables.bodies
+    obstacles = tables.at_horizon
     position = scratch.position
     goal = scratch.target
     bend = np.zeros(2)
@@ -43,8 +43,8 @@ def time_around(i: int, t: float, straight: float, tables: DecisionTables, scrat
     here = np.zeros(len(position))
     there = np.zeros(len(position))
     target_state(i, t, tables.robots, tables.targets, goal, scratch.target_velocity)
-    for e in range(len(bodies.at_horizon.each)):
-        body = bodies.at_horizon.each[e]
+    for e in range(len(obstacles.each)):
+        body = obstacles.each[e]
         around = robot.radius + robot.margin
         if is_elsewhere(body.world, robot.world):
             continue
@@ -57,7 +57,7 @@ def time_around(i: int, t: float, straight: float, tables: DecisionTables, scrat
             continue
         radius = body.radius + around
         if body.last > body.first:
-            extra = length_around(here, there, bodies.at_horizon.corners[body.first : body.last], radius, bend)
+            extra = length_around(here, there, obstacles.corners[body.first : body.last], radius, bend)
         else:
             extra = detour_length(here, there, body.position, radius)
             if extra > longest and len(position) == 2:

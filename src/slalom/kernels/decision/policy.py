@@ -45,10 +45,10 @@ from slalom.kernels.decision.tables import (
     Controls,
     DecisionTables,
     ObstaclePieces,
-    RelativeMotion,
     ResponseSearch,
     Robot,
     Scratch,
+    SelectionProblem,
 )
 from slalom.kernels.decision.targets import target_state
 from slalom.kernels.geometry.cubic import copy_into, slope, value
@@ -440,7 +440,7 @@ def best_response(
     controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
     preferred, unchanged, u = controls.preferred, controls.unchanged, controls.found
     best, best_r, outcome, clear, detoured = np.inf, -1, CONSTRAINED, False, False
-    motions: list[RelativeMotion] = []
+    motions: list[SelectionProblem] = []
     which, closed = np.full(count, -1), search.excluded.copy()
     while True:
         at = first_least(costs)

@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from slalom.kernels.arrays import Array, Indices
+from slalom.kernels.arrays import Array, Bodies, Indices
 from slalom.kernels.decision.bodies import hulls_of_bodies, is_elsewhere, is_near
-from slalom.kernels.decision.tables import DecisionSettings, GrownBodies, Paths, RobotTable
+from slalom.kernels.decision.tables import DecisionSettings, Paths, RobotTable
 from slalom.kernels.geometry.cubic import copy_into, restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel, squared
@@ -23,7 +23,7 @@ Larger: stops are predicted later. Smaller: a robot that moves along a wall may 
 
 
 @kernel
-def pieces_at_rest(bodies: GrownBodies, horizon: float) -> tuple[Indices, Indices, Array]:
+def pieces_at_rest(bodies: Bodies, horizon: float) -> tuple[Indices, Indices, Array]:
     """Numbers (n,) of bodies that exist now and do not move up to the horizon [s], a piece of each, and their ends.
 
     A body may end before the horizon, and counts for so long [s].
@@ -31,12 +31,12 @@ def pieces_at_rest(bodies: GrownBodies, horizon: float) -> tuple[Indices, Indice
     pieces = bodies.pieces
     now = bodies.now
     count = 0
-    most = len(bodies.passive)
+    most = len(bodies.each)
     body = np.empty(most, np.int64)
     piece = np.empty(most, np.int64)
     ends = np.empty(most)
     for b in range(most):
-        end = now + min(bodies.until[bodies.passive[b].owner], horizon)
+        end = now + min(bodies.until[bodies.each[b].owner], horizon)
         first, last = rows_within(pieces.times, bodies.first_piece[b], bodies.first_piece[b + 1], now, end)
         still = first < last and pieces.times[first, 0] <= now
         for s in range(first, last):
@@ -89,7 +89,7 @@ def farthest_point(k: int, paths: Paths, settings: DecisionSettings, start: Arra
 
 @kernel
 def contact_on_path(
-    times: Array, points: Array, b: int, s: int, radius: float, until: float, bodies: GrownBodies, now: float
+    times: Array, points: Array, b: int, s: int, radius: float, until: float, bodies: Bodies, now: float
 ) -> float:
     """The time [s] at which a path is STOP_DEPTH / 2 to STOP_DEPTH deep in body b, at rest on piece s; inf: never.
 
@@ -164,11 +164,13 @@ def stop_path(k: int, paths: Paths, t: float) -> None:
 
 
 @kernel
-def stop_at_obstacles(kind: int, robots: RobotTable, bodies: GrownBodies, settings: DecisionSettings) -> None:
+def stop_at_obstacles(
+    kind: int, robots: RobotTable, bodies: Bodies, rounding: float, settings: DecisionSettings
+) -> None:
     """Let robots with a `kind` of skeleton rest, on their observed paths, from a contact with a body at rest on.
 
-    At the earliest after one period. `bodies` are grown by that skeleton. The table has room for one piece more than
-    each path needs.
+    At the earliest after one period. `bodies` are grown by that skeleton and its `rounding` [m]. The table has room for
+    one piece more than each path needs.
     """
     observed = robots.observed
     now = settings.now
@@ -179,10 +181,10 @@ def stop_at_obstacles(kind: int, robots: RobotTable, bodies: GrownBodies, settin
         if robot.skeleton != kind or not robot.present:
             continue
         far = farthest_point(k, observed, settings, start)
-        more = robot.rounding - bodies.robot_rounding
+        more = robot.rounding - rounding
         stop = now + settings.horizon
         for n in range(len(body) if far > 0.0 else 0):
-            passive = bodies.passive[body[n]]
+            passive = bodies.each[body[n]]
             ball = bodies.balls[piece[n]]
             radius = passive.radius + more
             near = is_near(ball, start, far + radius + passive.hull_radius)

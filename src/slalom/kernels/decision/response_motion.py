@@ -5,11 +5,11 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import CANDIDATES, ELEMENTS, REST_ROUNDING
-from slalom.kernels.arrays import Array, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
+from slalom.kernels.arrays import Array, Bodies, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
 from slalom.kernels.decision.bodies import hulls_of_bodies, meets_balls
 from slalom.kernels.decision.limits import admissible_set
 from slalom.kernels.decision.neighbours import response_balls
-from slalom.kernels.decision.tables import RESPONSE_WINDOWS, DecisionTables, GrownBodies, ObstaclePieces, RelativeMotion
+from slalom.kernels.decision.tables import RESPONSE_WINDOWS, DecisionTables, ObstaclePieces, SelectionProblem
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
@@ -38,7 +38,7 @@ def hulls_of_segments(corners: MaybeCorners, rows: ObstaclePieces, body: Indices
 
 @kernel
 def relative_table(
-    rows: ObstaclePieces, bodies: GrownBodies, motion: PositionMap, horizon: float, rest: float
+    rows: ObstaclePieces, bodies: Bodies, motion: PositionMap, horizon: float, rest: float
 ) -> tuple[Segments, MaybeHulls, Indices]:
     """The segments, hulls and bodies (n,) of the motion relative to a robot, up to the horizon [s].
 
@@ -106,7 +106,7 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
 @inlined
 def relative_motion(
     i: int, r: int, rows: ObstaclePieces, tables: DecisionTables, unchanged: Array, horizon: float
-) -> RelativeMotion:
+) -> SelectionProblem:
     """The relative motion of robot i under response r up to `horizon` [s], at most that of the settings.
 
     `unchanged` (3,): the control that changes nothing now.
@@ -130,7 +130,7 @@ def relative_motion(
                 own = robot.position[axis] + piece.velocity_gain[c] * robot.velocity[axis]
                 drift[p, c, axis] = own + piece.acceleration_gain[c] * robot.acceleration[axis]
     motion = PositionMap(knots, drift, gain, responses.each[r].straight)
-    near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.passive) else rows
+    near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.each) else rows
     table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon, responses.each[r].rest)
     if settings.share < 1.0:
         # A part of the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) /
@@ -147,11 +147,11 @@ def relative_motion(
             for s in range(n):
                 table.gains[c, s] *= times[s]
     limits = admissible_set(i, r, robots, responses, tables.bounds)
-    return RelativeMotion(limits, table, hulls)
+    return SelectionProblem(limits, table, hulls)
 
 
 @inlined
-def choose(m: RelativeMotion, preferred: Array, d: int, most: float, u: Array) -> tuple[bool, float]:
+def choose(m: SelectionProblem, preferred: Array, d: int, most: float, u: Array) -> tuple[bool, float]:
     """Whether there is a free admissible control, and the counted work [us].
 
     The one nearest to `preferred` (3,) goes into u (3,). With `most` [us] of work the answer may be False too early.

@@ -7,10 +7,10 @@ import numpy as np
 
 from slalom.kernels.arrays import (
     Array,
+    Bodies,
     ControlPoints,
     Flags,
     Indices,
-    MaybeCorners,
     MaybeHulls,
     Pieces,
     Records,
@@ -30,10 +30,6 @@ BALL_WINDOWS: Final = 6
 
 Larger: tighter balls that cost more to test. Smaller: more robots that cannot be met are examined.
 """
-
-
-EVERY_WORLD = -1
-"""The world of a body that is in all of them."""
 
 
 class TabulatedResponse:
@@ -79,7 +75,7 @@ class ResponseTable(NamedTuple):
 class Robot:
     """One robot: state, limits, target, committed control.
 
-    Its shape is a kind of skeleton, see `GrownBodies`, rounded by `rounding`: the skeleton of a disc is its centre. In
+    Its shape is a kind of skeleton, see `RobotBodies`, rounded by `rounding`: the skeleton of a disc is its centre. In
     a periodic world, images of robots have rows too, after those of the robots. They are observed and decide nothing.
     """
 
@@ -182,17 +178,6 @@ class Bounds(NamedTuple):
     )
 
 
-class PassiveBody:
-    """A part of an obstacle, grown by a part of a robot."""
-
-    radius: float  # [m] without uncertainty
-    hull_radius: float  # [m] of the ball about the origin that holds the hull
-    owner: int  # number of the obstacle
-    world: int  # in which the body is; EVERY_WORLD for all
-    uncertain: bool  # whether the radius of its pieces holds an uncertainty of its position
-    at_rest: bool  # whether a contact counts while the robot is at rest
-
-
 class RobotBody:
     """A part of a robot, grown by the robots with one kind of skeleton."""
 
@@ -211,7 +196,7 @@ class ObstacleAtHorizon:
     filled: bool  # whether the obstacle fills much of that ball
     first: int  # its corners are the rows first to last of `AtHorizon.corners`; as many as 0 for a ball
     last: int
-    world: int  # as of `PassiveBody`
+    world: int  # as of `Body`
 
 
 class AtHorizon(NamedTuple):
@@ -221,29 +206,16 @@ class AtHorizon(NamedTuple):
     corners: Array  # (c, 4) [m] x, y of each corner and the unit vector from the centre of its hull to it
 
 
-class GrownBodies(NamedTuple):
-    """All bodies that robots with one kind of skeleton can meet, grown by it.
+class RobotBodies(NamedTuple):
+    """The bodies of all robots, as robots with one kind of skeleton meet them: grown by it.
 
-    Passive bodies come as pieces, grown by `robot_rounding` too, see `slalom.obstacle.pieces.Bodies`. Pieces before now
-    and after the horizon may be among them. The bodies of a robot with skeleton k are the rows robot_first[k] to
-    robot_first[k + 1], relative to its position.
+    Those of a robot with skeleton k are the rows first[k] to first[k + 1], relative to its position.
     """
 
-    now: float  # [s] time of the decision on the clock of the pieces
-    until: Array  # (o,) [s] after now, up to which each obstacle counts
-    pieces: Pieces
-    first_piece: Indices  # (b + 1,) body k has the pieces first_piece[k] to first_piece[k + 1]
-    balls: Array  # (n, 4) [m] centre and radius of a ball that holds the origin of the body, and its radius, on a piece
-    body_balls: Array  # (b, 4) [m] centre and radius of a ball that holds the grown body on all its pieces
-    passive: Records[PassiveBody]  # (b,)
-    hull: Indices  # (b,) number of the hull, -1 for a point
-    corners: MaybeCorners  # of passive bodies and of robots
-    at_horizon: AtHorizon
-    reach: float  # [m] passive bodies near paths that lead farther away from the robot may be left out
-    robot_rounding: float  # [m]
-    robot_first: Indices  # (s + 1,)
-    robot_bodies: Records[RobotBody]  # (r,)
-    robot_hull: Indices  # (r,)
+    first: Indices  # (s + 1,)
+    each: Records[RobotBody]  # (r,)
+    hull: Indices  # (r,) number of its hull among those of the obstacles, -1 for a point
+    rounding: float  # [m] of the skeleton, by which bodies of obstacles are grown too
 
 
 class DecisionSettings(NamedTuple):
@@ -306,7 +278,9 @@ class DecisionTables(NamedTuple):
     """All inputs of a decision except the cell list."""
 
     robots: RobotTable
-    bodies: GrownBodies  # grown by the skeleton of the deciding robots
+    bodies: Bodies  # of obstacles, grown by the skeleton of the deciding robots; corners of robots follow their own
+    robot_bodies: RobotBodies  # grown by the same
+    at_horizon: AtHorizon
     responses: ResponseTable
     bounds: Bounds
     targets: TargetPaths
@@ -336,7 +310,7 @@ class ObstaclePieces(NamedTuple):
     hull: Indices  # (b,) number of the hull, -1 for a point
 
 
-class RelativeMotion(NamedTuple):
+class SelectionProblem(NamedTuple):
     """The admissible set of one robot under one response, and the segments on which its controls can collide."""
 
     limits: Array  # (l, 5) see `geometry.boundaries`

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import BALL_ROUNDING, CONTACT_SLACK, OVERLAP
-from slalom.kernels.arrays import Array, BodyTable, CutPieces, Flags, Indices, MaybeHulls, Pieces, PositionMap, Snapshot
+from slalom.kernels.arrays import Array, Bodies, CutPieces, Flags, Indices, MaybeHulls, Pieces, PositionMap
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel, squared
@@ -226,23 +226,27 @@ def kept_radii(distance: Array, radius: Array) -> tuple[Array, bool]:
 
 @kernel
 def segments_of(
-    pieces: Pieces, motion: PositionMap, bodies: BodyTable, horizon: float, error: float
+    bodies: Bodies, own_radius: Array, motion: PositionMap, horizon: float, error: float
 ) -> tuple[CutPieces, Array, Indices, Indices]:
-    """The segments of bodies with those radii, all larger by `error` [m], up to `horizon` [s].
+    """The segments of bodies with `own_radius` (b,) [m] each, all larger by `error` [m], up to `horizon` [s].
 
     Returns:
         The cut pieces, and of each: bounding radius (n,) [m], owner (n,), hull (n,).
     """
+    pieces = bodies.pieces
     radius = np.empty(len(pieces.radius))
     for s in range(len(radius)):
-        radius[s] = pieces.radius[s] + error + bodies.radius[pieces.body[s]]
+        radius[s] = pieces.radius[s] + error + own_radius[pieces.body[s]]
     grown = Pieces(pieces.times, pieces.points, radius, pieces.growth, pieces.turns, pieces.body)
     cut = relative_segments(grown, motion, horizon)
     owner = np.empty(len(cut.body), np.int64)
     hull = np.empty(len(cut.body), np.int64)
     for k in range(len(owner)):
-        owner[k], hull[k] = bodies.owner[cut.body[k]], bodies.hull[cut.body[k]]
-    return cut, bounding_radii(cut, bodies.hull_radius), owner, hull
+        owner[k], hull[k] = bodies.each[cut.body[k]].owner, bodies.hull[cut.body[k]]
+    hull_radius = np.empty(len(bodies.each))
+    for b in range(len(hull_radius)):
+        hull_radius[b] = bodies.each[b].hull_radius
+    return cut, bounding_radii(cut, hull_radius), owner, hull
 
 
 @kernel
@@ -260,14 +264,13 @@ def in_balls(points: Array, centers: Array, radii: Array) -> Flags:
 
 
 @kernel
-def distances_now(bodies: Snapshot, hulls: MaybeHulls, position: Array) -> Array:
+def distances_now(bodies: Bodies, heads: Indices, hulls: MaybeHulls, position: Array) -> Array:
     """Signed distance [m] of each body from `position` (d,) [m] at time 0, and the unit vector to it: (b, 4).
 
-    Infinite for bodies without a head. Less the uncertainty of the position where the body has one: that is a
-    distance, not a part of its shape.
+    Infinite for bodies without one of those `heads` (h,), see `Bodies.heads`. Less the uncertainty of the position
+    where the body has one: that is a distance, not a part of its shape.
     """
     pieces = bodies.pieces
-    heads = bodies.heads
     d = pieces.points.shape[2]
     n = len(heads)
     turning = len(pieces.turns) > 0
@@ -293,7 +296,7 @@ def distances_now(bodies: Snapshot, hulls: MaybeHulls, position: Array) -> Array
         b = pieces.body[s]
         for column in range(4):
             result[b, column] = found[i, column]
-        if bodies.uncertain[b]:
+        if bodies.each[b].uncertain:
             result[b, 0] -= pieces.radius[s] + pieces.growth[s] * share_of_piece(pieces.times, s)
     return result
 
@@ -311,34 +314,32 @@ def bodies_at_rest(pieces: Pieces, count: int) -> Flags:
 
 
 @kernel
-def covered_at_rest(
-    bodies: Snapshot, balls: Array, radius: Array, hull_radius: Array, hulls: MaybeHulls, points: Array, margin: float
-) -> Flags:
+def covered_at_rest(bodies: Bodies, heads: Indices, hulls: MaybeHulls, points: Array, margin: float) -> Flags:
     """Flags (k,): which of the points (k, d) [m] are closer than the margin [m] to a body that does not move.
 
-    Bodies with `radius` (b,) [m] and `hull_radius` (b,) [m], pieces with `balls` (n, 4) [m], see `piece_balls`.
+    Bodies begin with `heads` (h,), see `Bodies.heads`.
     """
     pieces = bodies.pieces
-    still = bodies_at_rest(bodies.pieces, len(radius))
+    balls = bodies.balls
+    still = bodies_at_rest(pieces, len(bodies.each))
     covered = np.zeros(len(points), np.bool_)
-    near = np.empty(len(bodies.heads), np.int64)
+    near = np.empty(len(heads), np.int64)
     for k in range(len(points)):
         count = 0
-        for s in bodies.heads:
+        for s in heads:
             b = pieces.body[s]
             square = 0.0
             for axis in range(points.shape[1]):
                 square += squared(balls[s, axis] - points[k, axis])
-            reach = balls[s, 3] + radius[b] + hull_radius[b] + margin
+            reach = balls[s, 3] + bodies.each[b].radius + bodies.each[b].hull_radius + margin
             if still[b] and square <= reach * reach:
                 near[count] = s
                 count += 1
         if count > 0:
-            some = Snapshot(pieces, near[:count], bodies.uncertain, bodies.hull)
-            found = distances_now(some, hulls, points[k])
+            found = distances_now(bodies, near[:count], hulls, points[k])
             for s in near[:count]:
                 b = pieces.body[s]
-                covered[k] = covered[k] or found[b, 0] < radius[b] + margin
+                covered[k] = covered[k] or found[b, 0] < bodies.each[b].radius + margin
     return covered
 
 

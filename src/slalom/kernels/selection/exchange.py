@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slalom.base.tolerances import CLEARANCE, CONTACT
-from slalom.kernels.arrays import Array, BodyTable, Indices, MaybeHulls, PositionMap, Scene, Segments, States, Workspace
+from slalom.kernels.arrays import Array, Indices, MaybeHulls, PositionMap, Scene, Segments, States, Workspace
 from slalom.kernels.geometry.cubic import below, value
 from slalom.kernels.geometry.hulls import (
     MovingHull,
@@ -380,15 +380,14 @@ def choose_many(
     controls = np.empty((n, 3))
     statuses = np.empty(n, np.int64)
     for i in range(n):
-        distances = distances_now(scene.bodies, hulls, states.position[i])
-        radius, overlapping = kept_radii(distances[:, 0], scene.table.radius)
+        distances = distances_now(scene.bodies, scene.heads, hulls, states.position[i])
+        radius, overlapping = kept_radii(distances[:, 0], scene.radius)
         if overlapping:
             controls[i] = preferred[i]
             statuses[i] = OVERLAPPING
             continue
-        kept = BodyTable(radius, scene.table.hull_radius, scene.table.owner, scene.table.hull)
         motion = PositionMap(states.knots, states.drift[i], states.gain, len(states.gain))
-        cut, bounding_radius, _, hull = segments_of(scene.bodies.pieces, motion, kept, scene.horizon, scene.error)
+        cut, bounding_radius, _, hull = segments_of(scene.bodies, radius, motion, scene.horizon, scene.error)
         table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
         limits = states.limits[i, : states.counts[i]]
         row_hulls = hulls_of_rows(hulls, hull, cut.turns)

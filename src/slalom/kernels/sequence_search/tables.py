@@ -19,7 +19,7 @@ FIRST_DIRECTION = 3
 
 
 class SpacetimeIndex(NamedTuple):
-    """Pieces of bodies grown by a robot (see `obstacle.pieces.Bodies`), at absolute times, listed by intervals."""
+    """Pieces of bodies grown by a robot (see `kernels.arrays.Bodies`), at absolute times, listed by intervals."""
 
     times: Array  # (n, 2) [s] begin and end of each piece
     points: Array  # (n, 4, d) [m] control points
