@@ -49,7 +49,6 @@ from slalom.live import session as edits
 from slalom.live.messages import pack, renderer
 from slalom.live.notebook import widget
 from slalom.live.recorded import as_recorded, export, recorded, robot_of
-from slalom.live.seen import decisions
 from slalom.live.session import Session
 from slalom.model.bounds import BOUNDS
 from slalom.model.trajectory import Sampled
@@ -540,7 +539,6 @@ SEVERAL: dict[str, list[Callable[[Path], object]]] = {
     r"scenario: expected one robot, found 2": [
         gym(lambda g: g.RobotEnv(renamed)),
         gym(lambda g: g.RobotsEnv(2, renamed)),
-        lambda _: next(decisions(replace(SCENE, robots=(ROBOT, ROBOT)), NAO, [])),
     ],
     r"recording: expected a run with at least one step": [lambda _: recorded(no_steps()), lambda _: Film(no_steps())],
     r"robot: expected one of 0 to 0, found 1": [

@@ -15,7 +15,7 @@ from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, State, method
 from slalom.live.control_space import Fields, Plane
 from slalom.live.messages import pack, quantised, renderer, unpack
 from slalom.live.recorded import as_recorded, export, messages, recorded
-from slalom.live.seen import decisions, seen_alone, seen_among, state_at
+from slalom.live.seen import decided_again
 from slalom.live.session import Session, dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.model.trajectory import Circular
 from slalom.obstacle.periodic import moved
@@ -47,8 +47,9 @@ def test_messages_come_back(order: int) -> None:
 def test_drawn_boundary_is_where_the_control_obstacle_is(run: Recording, step: int) -> None:
     """Controls inside the drawn outlines collide, those outside do not, by the decision that was made."""
     found = recorded(run)
-    decision = list(decisions(found.scenario, method("nao"), found.steps))[step]
-    seen = seen_alone(found.scenario, method("nao"), decision, step, state_at(found.steps, step, 0))
+    known = list(decided_again(found.scenario, method("nao"), found.steps))[step]
+    seen = known.seen(found.steps, step)
+    decision = known.decision(round(seen.time / found.scenario.dt))
     control = next(m for m in messages(run) if unpack(m)[0].get("step") == step)
     fields, arrays = unpack(control)
     half = fields["planes"][0]["half"]
@@ -134,8 +135,10 @@ def test_a_replay_shows_the_states_of_the_file(run: Recording, tmp_path: Path, n
     assert session.more() == []
     session.answer({"do": "select", "robot": len(made.shapes) - 1})
     for k in (7, 2):
-        drift = arrays_of(session.answer({"do": "look", "step": k, "id": k}), "control")["drift"]
-        np.testing.assert_allclose(drift[0], shifted[k, -1], atol=1e-5)
+        fields, arrays = unpack(session.answer({"do": "look", "step": k, "id": k})[0])
+        begun = round(fields["time"] / session.scenario.dt)
+        assert (fields["step"], begun == k) == (k, fields["outcome"] in ("CLEAR", "CONSTRAINED"))
+        np.testing.assert_allclose(arrays["drift"][0], shifted[begun, -1], atol=1e-5)
 
 
 @pytest.mark.parametrize("agent", [None, "car 2"])
@@ -152,8 +155,8 @@ def test_an_agent_of_a_recording_moves_as_recorded(tmp_path: Path, agent: str | 
     assert len(found.scenario.obstacles) == 1
     times = 0.1 * np.arange(len(found.steps) + 1)
     np.testing.assert_allclose(arrays_of(opening, "frames")["positions"][:, 0], own.position(times), atol=6e-4)
-    drift = arrays_of(session.answer({"do": "look", "step": 4, "id": 1}), "control")["drift"]
-    np.testing.assert_allclose(drift[0], own.position(0.4), atol=1e-5)
+    fields, arrays = unpack(session.answer({"do": "look", "step": 4, "id": 1})[0])
+    np.testing.assert_allclose(arrays["drift"][0], own.position(fields["time"]), atol=1e-5)
 
 
 def test_a_change_of_a_replay_begins_a_run_and_undo_returns_to_the_replay(run: Recording) -> None:
@@ -209,8 +212,6 @@ def test_unknown_commands_and_runs_without_steps_are_refused(run: Recording, tmp
         export(run, tmp_path / "run.pdf")
     with pytest.raises(InvalidInput, match="robot: expected one of 0 to 0"):
         export(run, tmp_path / "run.html", robot=1)
-    with pytest.raises(InvalidInput, match="expected one robot"):
-        next(decisions(gallery.build("circle"), method("nao"), []))
     with pytest.raises(InvalidInput, match="sight_noise: expected 0 in a file"):
         scenario_text(crossing().with_settings({"sight_noise": 0.1}))
 
@@ -243,9 +244,9 @@ def test_a_written_scenario_runs_equal_to_the_bit(tmp_path: Path) -> None:
 
 
 def test_a_robot_among_others_sees_them() -> None:
-    scenario = gallery.build("circle").with_settings({"duration": 0.4})
+    scenario = gallery.build("circle", {"robots": 4, "radius": 5.0, "duration": 0.4})
     found = recorded(simulate(scenario, method("nao_shared")))
-    seen = seen_among(found.scenario, method("nao_shared"), found.steps, 2, 1)
+    seen = list(decided_again(found.scenario, method("nao_shared"), found.steps))[2].seen(found.steps, 2, 1)
     assert {other.number for other in seen.others if other.kind == "robot"} == {0, 2, 3}
     assert seen.manoeuvre is not None
     plane = Plane((0, 1), 2.0, (0.0, 0.0))

@@ -1,16 +1,21 @@
 """Fleets and robots in space in the view: targets of guidance, robots that are left out, and projections."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from live_views import kinds
+import shapely
+from live_views import drawn_region, kinds
 
-from slalom import Disc, Goal, Limits, Outcome, State, Stationary, method
-from slalom.live import seen as nearest
+from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, Outcome, State, Stationary, method
+from slalom.choice.control_obstacle import ControlObstacle
+from slalom.decision.methods import Method
 from slalom.live.control_space import NONE, OUTSIDE, VIEW_PROJECTION_GRID, Fields, planes_of, projections
 from slalom.live.messages import unpack
-from slalom.live.recorded import recorded
-from slalom.live.seen import VIEW_PREDICTED, Targets, reasons, seen_among, state_at
+from slalom.live.recorded import looked_at, recorded
+from slalom.live.seen import decided_again, reasons, state_at
 from slalom.live.session import Session
+from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, gallery, simulate
 from slalom.sim.run.simulate import Run
 
@@ -24,14 +29,13 @@ def ring() -> Recording:
 
 def test_the_preferred_control_of_a_robot_among_others_is_that_of_its_decision(ring: Recording) -> None:
     """A decision that was free of collisions chose the preferred control: the picture shows the same one."""
-    found, own = recorded(ring), method("nao_shared")
-    targets, clear, guided = Targets(found.scenario), 0, 0
-    for k in range(0, 90, 6):
-        for robot in range(0, 70, 14):
-            goal = targets.goal(found.steps, k, robot)
-            seen = seen_among(found.scenario, own, found.steps, k, robot, goal)
+    found = recorded(ring)
+    clear, guided = 0, 0
+    for k, known in enumerate(decided_again(found.scenario, method("nao_shared"), found.steps)):
+        for robot in range(0, 70, 7):
+            seen = known.seen(found.steps, k, robot)
             made = seen.manoeuvre
-            if seen.outcome != Outcome.CLEAR.name or made is None or made.start != seen.time:
+            if seen.outcome != Outcome.CLEAR.name or made is None:
                 continue
             clear, guided = clear + 1, guided + (seen.target is not None)
             np.testing.assert_allclose(seen.controls.preferred, made.control, atol=1e-9)
@@ -40,20 +44,8 @@ def test_the_preferred_control_of_a_robot_among_others_is_that_of_its_decision(r
     assert guided > 3
 
 
-def test_targets_are_the_same_in_any_order_and_end_at_the_goal(ring: Recording) -> None:
-    found = recorded(ring)
-    late, stepwise = Targets(found.scenario), Targets(found.scenario)
-    last = late.goal(found.steps, 15, 3).position(0.0)
-    each = [stepwise.goal(found.steps, k, 3).position(0.0) for k in range(16)]
-    np.testing.assert_array_equal(each[15], last)
-    alone = gallery.build("circle", {"robots": 2, "radius": 5.0, "guided": 0})
-    session = Session(alone, method("nao"))
-    session.opening()
-    assert Targets(alone).goal(session._played.steps, 0, 1) is alone.robots[1].goal
-
-
-def test_targets_are_those_of_a_run_in_which_a_robot_passed_its_goal_within_a_step() -> None:
-    """It has left the scene, so that the robot in front of it no longer keeps right."""
+def test_targets_are_those_of_the_fleet_also_in_a_replay() -> None:
+    """Of a run in which a robot passes its goal within a step, and the robot in front of it no longer keeps right."""
     robots = tuple(
         Robot(Disc(0.5), Limits(20.0, 4.0), State((x, y), (v, 0)), Goal(Stationary(goal)), name)
         for name, x, y, v, goal in (
@@ -63,33 +55,31 @@ def test_targets_are_those_of_a_run_in_which_a_robot_passed_its_goal_within_a_st
         )
     )
     run = Run(Scenario("passing", robots, dt=0.2, duration=4.0), method("nao"))
-    targets, known, shifted = Targets(run.log.scenario), [], 0
+    expected = []
     for _ in run.steps():
-        known.append(run.decider.fleet.table.each["target"][:, :2].copy())
+        expected.append(run.decider.fleet.table.each["target"][:, :2].copy())
     assert run.log.arrived[0] == pytest.approx(1.2)
-    for k, expected in enumerate(known):
+    shifted, steps = 0, run.log.steps
+    for k, known in enumerate(decided_again(run.log.scenario, method("nao"), steps)):
         for robot in np.flatnonzero(run.log.arrived > 0.2 * k).tolist():
-            found = targets.goal(run.log.steps, k, robot).position(0.2 * k)
-            np.testing.assert_array_equal(found, expected[robot])
-            shifted += not np.array_equal(found, robots[robot].goal.position(0.0))
+            target = known.seen(steps, k, robot).target
+            found = robots[robot].goal.position(0.0) if target is None else target
+            np.testing.assert_array_equal(found, expected[k][robot])
+            shifted += target is not None
     assert shifted > 0
 
 
-def test_robots_that_are_left_out_can_be_met_by_no_drawn_control(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = {"robots": 70, "radius": 60.0, "duration": 3.0}
-    made = recorded(simulate(gallery.build("circle", settings), method("nao")))
-    few = seen_among(made.scenario, method("nao"), made.steps, 25, 0)
-    assert len(few.others) < VIEW_PREDICTED
-    monkeypatch.setattr(nearest, "VIEW_PREDICTED", 1000)
-    every = seen_among(made.scenario, method("nao"), made.steps, 25, 0)
-    kept, met = {other.number for other in few.others}, set()
-    for other, field in zip(every.others, Fields().of(every, planes_of(every)[0])):
-        if field.times is not None and np.isfinite(field.times).any():
-            met.add(other.number)
-    assert len(every.others) == 69
-    assert len(met) > 1
-    assert met <= kept
-    assert reasons(every).sentences == reasons(few).sentences
+def test_robots_that_are_left_out_can_be_met_by_no_admissible_control(ring: Recording) -> None:
+    found = recorded(ring)
+    for seen in looked_at(found, 0, 1.0):
+        others = {other.number for other in seen.others} | {0}
+        assert len(others) < 70
+        step, grid = found.steps[seen.step - round(seen.age / found.scenario.dt)], planes_of(seen)[0].controls
+        some = grid[seen.admissible.contains(grid)]
+        for k in set(range(70)) - others:
+            motion = ConstantVelocity(step.positions[k], step.velocities[k], seen.time)
+            window = ObstacleWindow([Obstacle(Disc(0.5), motion)], seen.time, found.scenario.horizon)
+            assert not ControlObstacle(seen.response, seen.state, window, seen.blocked.robot).contains(some).any()
 
 
 def test_a_contact_that_the_others_help_to_avoid_is_said_to_be_so() -> None:
@@ -101,9 +91,12 @@ def test_a_contact_that_the_others_help_to_avoid_is_said_to_be_so() -> None:
         for session.robot in range(0, 20, 3):
             seen = session._seen(k)
             assert seen is not None
-            told += [words for words in reasons(seen).sentences if "would hit robot" in words]
-    assert told
-    assert all("takes its share" in words for words in told)
+            why = reasons(seen)
+            if why.first >= 0 and seen.others[why.first].kind == "robot":
+                (words,) = (words for words in why.sentences if "would hit robot" in words)
+                told.append(seen.others[why.first].share < 1.0)
+                assert ("takes its share" in words) == told[-1]
+    assert any(told)
 
 
 def test_projections_are_free_where_a_control_on_the_line_is() -> None:
@@ -114,7 +107,7 @@ def test_projections_are_free_where_a_control_on_the_line_is() -> None:
     seen = session._seen(7)
     assert seen is not None
     half = planes_of(seen)[0].half
-    arrays, x = projections(seen.blocked, seen.admissible, half), np.linspace(-half, half, VIEW_PROJECTION_GRID)
+    arrays, x = projections(seen, half), np.linspace(-half, half, VIEW_PROJECTION_GRID)
     generator, outcomes = np.random.default_rng(3), set()
     for k, hidden in enumerate((2, 1, 0)):
         for a, b in generator.integers(0, VIEW_PROJECTION_GRID, (60, 2)):
@@ -152,3 +145,121 @@ def test_a_second_method_and_a_response_are_shown_at_the_step_that_is_looked_at(
     shown = unpack(session.answer({"do": "response", "number": 1, "step": 9})[0])[0]
     assert (shown["step"], shown["response"]) == (9, shown["responses"][1].partition(" ")[2])
     assert len(session._played.steps) > 12
+
+
+PASSIVE = {"hidden_speed": 1.5, "passive_safety": 1}
+
+
+def scenes() -> dict[str, tuple[Scenario, str]]:
+    """Runs with kept manoeuvres, limited sight, moving goals, paths, images, delays, and robots of several methods."""
+    circle = gallery.build("circle", {"robots": 5, "radius": 8.0, "duration": 9.0})
+    moving = [Goal(ConstantVelocity(one.goal.position(0.0), (0.3, 0.1)), 0.5) for one in circle.robots]
+    methods = [method("nao_shared" if k % 2 else "nao") for k in range(5)]
+    chase = gallery.build("empty").robot
+    chase = replace(chase, goal=Goal(ConstantVelocity((6.0, 4.0), (0.8, -0.4)), 0.5))
+    post = Obstacle(Disc(0.5), Stationary((4.0, 1.5)), "post")
+    start = replace(chase, state=State((0, 0), (0, 0)))
+    return {
+        "kept": (gallery.build("roundabout_crossing"), "nao"),
+        "sequence": (gallery.build("roundabout_crossing"), "nao_ahead"),
+        "hidden people": (gallery.build("blind_corner"), "nao"),
+        "passive safety": (gallery.build("blind_corner").with_settings(PASSIVE), "nao"),
+        "moving goal": (Scenario("moving", (start,), (post,), duration=12.0), "nao"),
+        "path": (gallery.build("curved_road"), "nao"),
+        "space": (gallery.build("drones_crossing"), "nao"),
+        "fleet": (circle, "nao"),
+        "fleet that shares": (circle, "nao_shared"),
+        "fleet of rvo": (circle, "rvo"),
+        "fleet with limited sight": (circle.with_settings({"sight_range": 7.0, "field_of_view": 3.0}), "nao"),
+        "fleet with late messages": (circle.with_settings({"message_delay": 0.2, "message_loss": 0.1}), "nao_shared"),
+        "fleet with late observations": (circle.with_settings({"sight_delay": 0.2, "sight_noise": 0.02}), "nao"),
+        "moving goals": (replace(circle, robots=tuple(map(with_goal, circle.robots, moving))), "nao"),
+        "methods": (replace(circle, robots=tuple(map(with_method, circle.robots, methods))), "nao"),
+        "images": (gallery.build("navground_cross_torus"), "nao"),
+    }
+
+
+def with_goal(robot: Robot, goal: Goal) -> Robot:
+    return replace(robot, goal=goal)
+
+
+def with_method(robot: Robot, own: Method) -> Robot:
+    return replace(robot, method=own)
+
+
+@pytest.mark.parametrize("name", scenes())
+def test_the_chosen_control_of_a_safe_decision_is_drawn_outside_of_the_colour(name: str) -> None:
+    """Also of one that is kept: in the control space from which it was chosen."""
+    scenario, by = scenes()[name]
+    session = Session(scenario, method(by))
+    session.more(90)
+    steps, drawn, kept, plane = session._played.steps, 0, 0, np.eye(scenario.dimension)
+    for k in range(0, len(steps), 2):
+        for session.robot in range(0, len(scenario.robots), 2):
+            seen = session._seen(k)
+            assert seen is not None
+            chosen, made = seen.controls.chosen, seen.manoeuvre
+            if chosen is None or made is None or seen.outcome not in Outcome.__members__:
+                continue
+            at = round((seen.time - scenario.start) / scenario.dt)
+            assert (made.response, made.start) == (seen.response, seen.time)
+            np.testing.assert_array_equal(seen.state.position, steps[at].positions[session.robot])
+            if Outcome[seen.outcome].safe:
+                # At the border, the colour begins within a small distance.
+                near = [chosen, *(chosen + 1e-3 * side * axis for axis in plane for side in (-1.0, 1.0))]
+                assert np.isinf(seen.times(np.array(near)).min(axis=-1, initial=np.inf)).any()
+                drawn, kept = drawn + 1, kept + (seen.age > 0.0)
+                assert not any("overlaps" in words for words in reasons(seen).sentences)
+                if seen.age > 0.0:
+                    assert f"It began {seen.age:.1f} s ago" in reasons(seen).sentences[1]
+    assert drawn > 10
+    # Robots that wait for messages seldom decide to keep a manoeuvre.
+    assert kept > 0 or name == "fleet with late messages"
+
+
+def test_shares_of_the_avoidance_are_drawn() -> None:
+    """The outlines and colours of a message are those of the times to collision, also of robots that share."""
+    session = Session(gallery.build("circle", {"robots": 6, "radius": 5.0}), method("rvo"))
+    session.more(30)
+    tested = 0
+    for k in range(0, 30, 6):
+        seen = session._seen(k)
+        assert seen is not None
+        (plane,) = planes_of(seen)
+        found = Fields().of(seen, plane)
+        controls = np.random.default_rng(k).uniform(-0.98 * plane.half, 0.98 * plane.half, (300, 2))
+        times = seen.times(controls)
+        assert any(other.share == 0.5 for other in seen.others)
+        for row, field in enumerate(found):
+            arrays = {"rings0": np.concatenate(field.rings), "ends0": np.cumsum([len(ring) for ring in field.rings])}
+            region = drawn_region(arrays | {"owners0": np.zeros(len(field.rings), int)}) if field.rings else None
+            if region is None or seen.others[row].share == 1.0:
+                continue
+            away = shapely.distance(shapely.points(controls), region.boundary) > 2e-3 * plane.half
+            inside = shapely.contains_xy(region, controls[:, 0], controls[:, 1])
+            np.testing.assert_array_equal(inside[away], np.isfinite(times[away, row]))
+            tested += inside[away].sum()
+    assert tested > 100
+
+
+def test_people_who_are_not_seen_are_not_drawn() -> None:
+    """The control space counts what the decision knew, and no sentence names anything else."""
+    scenario = gallery.build("blind_corner")
+    session = Session(scenario, method("nao"))
+    session.more(60)
+    least = len(scenario.obstacles)
+    for k in range(60):
+        seen = session._seen(k)
+        assert seen is not None
+        began = session._played.known(k).decision(round((seen.time - scenario.start) / scenario.dt))
+        assert [other.obstacle for other in seen.others] == list(began.blocked.obstacles.obstacles)
+        least = min(least, sum(other.kind == "obstacle" for other in seen.others))
+    assert least < len(scenario.obstacles)
+
+
+def test_a_goal_that_moves_is_drawn_where_it_is() -> None:
+    scenario, by = scenes()["moving goal"]
+    session = Session(scenario, method(by))
+    session.more(30)
+    target = unpack(session.look(20)[0])[0]["target"]
+    assert target == pytest.approx(scenario.robot.goal.position(20 * scenario.dt))

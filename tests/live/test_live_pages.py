@@ -14,7 +14,7 @@ from live_views import APP, crossing, drawn_region, in_browser, opened, serving
 from slalom import method
 from slalom.live.messages import renderer
 from slalom.live.recorded import export, recorded
-from slalom.live.seen import decisions, seen_alone, state_at
+from slalom.live.seen import decided_again
 from slalom.sim import Recording, gallery, read_scenario, simulate
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, in_browser]
@@ -84,8 +84,9 @@ def test_a_file_opens_without_a_request(run: Recording, tmp_path: Path) -> None:
 def test_drawn_colours_are_those_of_the_control_obstacle(run: Recording, tmp_path: Path) -> None:
     """The pixels of the page, against the control obstacle by which the robot decided."""
     found, step = recorded(run), 4
-    decision = list(decisions(found.scenario, method("nao"), found.steps))[step]
-    seen = seen_alone(found.scenario, method("nao"), decision, step, state_at(found.steps, step, 0))
+    known = list(decided_again(found.scenario, method("nao"), found.steps))[step]
+    seen = known.seen(found.steps, step)
+    decision = known.decision(round(seen.time / found.scenario.dt))
     with opened() as (page, troubles):
         page.goto(export(run, tmp_path / "run.html").as_uri())
         page.wait_for_function(f"{APP}.model.controls[0].size > 0")
@@ -132,8 +133,7 @@ def outlines(page: Any) -> dict[str, np.ndarray]:
 def test_the_slice_in_space_is_coloured_where_controls_collide(tmp_path: Path) -> None:
     made = simulate(gallery.build("drones_crossing").with_settings({"duration": 1.0}), method("nao"))
     found, step = recorded(made), 7
-    decision = list(decisions(found.scenario, method("nao"), found.steps))[step]
-    blocked = seen_alone(found.scenario, method("nao"), decision, step, state_at(found.steps, step, 0)).blocked
+    blocked = list(decided_again(found.scenario, method("nao"), found.steps))[step].seen(found.steps, step).blocked
     with opened() as (page, troubles):
         page.goto(export(made, tmp_path / "run.html").as_uri())
         page.wait_for_function(f"{APP}.model.controls[0].size > 0")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
@@ -72,6 +72,7 @@ from slalom.model.trajectory import ConstantVelocity, Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, fitting, in_world
 from slalom.perception.sight import Sight
 
@@ -101,6 +102,9 @@ class FleetDecision(NamedTuple):
 
 class Fleet:
     """Robots that decide together, each from its information about the others.
+
+    `watch`, if any, is called after each group of robots (rows) has decided, with the table of the robots and the
+    obstacles among which they decided. It must not change them, and copies what it keeps.
 
     With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. With other
     methods each predicts the others from their present states. In a fleet of several methods a robot receives the
@@ -195,6 +199,7 @@ class Fleet:
         self.guidance = guidance_of(guided, self.members, given, world_period, self.threads)
         self.destinations = Destinations(self.members, self.period, self.horizon, self.guidance, bool(guided))
         self.targets, self.information = self.destinations.motion, Information()
+        self.watch: Callable[[Indices, RobotTable, Obstacles], None] | None = None
 
     def __repr__(self) -> str:
         methods = ", ".join(policy.method.name for policy in self.policies)
@@ -304,6 +309,8 @@ class Fleet:
             self._bounds = bounds_of(self.members.limits, states)
         with self._among_images(order):
             fallen = self._decide_together(order, settings, bodies, obstacles)
+            if self.watch is not None:
+                self.watch(order, self.table, obstacles)
         found = self.table.each["outcome"].tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
 
@@ -374,38 +381,44 @@ class Fleet:
             fallen |= decide_all(some, tables, fall_back, self.threads)
         return fallen
 
-    def _fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
-        """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
-        table, each = self.table, self.table.each
-        d = self.dimension
-        number, method = each["number"], self.members.methods[k]
+    def known_to(
+        self, k: int, table: RobotTable, obstacles: Obstacles, now: float
+    ) -> tuple[list[Obstacle | ObstacleTable | Tracks], dict[int, Obstacle]]:
+        """The obstacles that the robot in row k can meet, and the other robots as it predicts them, by their rows."""
+        each, d = table.each, self.dimension
         world = int(each["world"][k])
-        state = self._state(k)
         passive = in_world(obstacles, world)
         if self.images is not None:
-            passive = [*self.images.met(table, k, passive, method.forecast, now, d)]
+            passive = [*self.images.met(table, k, passive, self.members.methods[k].forecast, now, d)]
         reach = reaches(each, self.horizon)
         away = np.linalg.norm(each["position"] - each["position"][k], axis=1)
         met = each["present"] & (each["world"] == world) & (away <= reach + reach[k] + each["margin_among"][k])
-        others = []
-        for j in np.flatnonzero(met):
-            if number[j] != k:
-                path = observed_path(table, int(j), k, d)
-                # A path that lasts beyond the horizon is not continued, which would take longer than its pieces.
-                lasts = path.span[1] > now + self.horizon
-                shape = self.members.shapes[number[j]]
-                others.append(Obstacle(shape, path, after_end="leaves" if lasts else "unknown"))
+        others = {}
+        for j in np.flatnonzero(met & (each["number"] != k)).tolist():
+            path = observed_path(table, j, k, d)
+            # A path that lasts beyond the horizon is not continued, which would take longer than its pieces.
+            lasts = path.span[1] > now + self.horizon
+            number = int(each["number"][j])
+            shape, name = self.members.shapes[number], self.members.names[number]
+            others[j] = Obstacle(shape, path, name, after_end="leaves" if lasts else "unknown")
+        return passive, others
+
+    def _fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
+        """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
+        each, d = self.table.each, self.dimension
+        state = self._state(k)
+        passive, others = self.known_to(k, self.table, obstacles, now)
         arrives = each["objective"][k] == ARRIVE
         position = each["target"][k, :d] if arrives else state.position + self.horizon * each["wanted"][k, :d]
         goal = Goal(Stationary(position), float(max(each["tolerance"][k], 1e-9)), bool(each["stop"][k]))
         navigator = replace(
             self.navigator,
-            method=method,
+            method=self.members.methods[k],
             robot=self.members.shapes[k],
             limits=self.members.limits[k],
             margin=float(each["margin_among"][k]),
         )
-        decision = navigator.fall_back(state, [*passive, *others], goal, now=now)
+        decision = navigator.fall_back(state, [*passive, *others.values()], goal, now=now)
         self._commit(k, decision.manoeuvre, now)
         each["outcome"][k] = FALL_BACK
         return decision.outcome

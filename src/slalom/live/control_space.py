@@ -74,29 +74,42 @@ class Field(NamedTuple):
     times: Array | None  # (n, n) [s] time to collision, inf if there is none; None: inf everywhere
 
 
-def field(seen: Seen, other: Other, margin: float, plane: Plane) -> Field:
-    """Return the control obstacle of one obstacle with a margin [m] on a plane."""
-    blocked = seen.blocked
-    window = ObstacleWindow([other.obstacle], blocked.obstacles.start, blocked.obstacles.horizon)
-    single = ControlObstacle(blocked.response, blocked.state, window, blocked.robot, margin)
+def field(seen: Seen, row: int, plane: Plane) -> Field:
+    """Return the control obstacle of one other (row) on a plane."""
+    blocked, other = seen.blocked, seen.others[row]
+    until = blocked.obstacles.until[row : row + 1]
+    window = ObstacleWindow([other.obstacle], seen.time, blocked.obstacles.horizon, until)
+    single = ControlObstacle(blocked.response, blocked.state, window, blocked.robot, other.margin)
+    # The share of a change from the control that changes nothing, see `Seen.times`.
+    kept, share = seen.unchanged, other.share
+    controls = kept + (plane.controls - kept) / share
     if len(plane.through) == 3:
-        times = single.times_to_collision(plane.controls)[..., 0]
+        times = single.times_to_collision(controls)[..., 0]
         return Field((), times if np.isfinite(times).any() else None)
     panel = shapely.box(-plane.half, -plane.half, plane.half, plane.half)
     # A window slightly larger than the panel, so that the border of the window is not drawn.
-    whole = single.boundary((0.0, 0.0), 1.45 * plane.half).regions[0]
+    whole = single.boundary(kept - kept / share, 1.45 * plane.half / share).regions[0]
+    whole = shapely.transform(whole, lambda points: kept + share * (points - kept)) if share < 1.0 else whole
     region = shapely.intersection(whole, panel)
     parts = [part for part in shapely.get_parts(region) if part.geom_type == "Polygon"]
     if not parts:
         return Field((), None)
     rings = [shapely.get_coordinates(ring) for one in parts for ring in shapely.get_rings(orient(one))]
-    controls = plane.controls
     # Outside the outline no control collides; only those inside it, and close to it, are tested.
     shapely.prepare(near := region.buffer(2.0 * plane.half / plane.size))
-    inside = shapely.contains_xy(near, controls[..., 0], controls[..., 1])
+    inside = shapely.contains_xy(near, plane.controls[..., 0], plane.controls[..., 1])
     times = np.full(inside.shape, np.inf)
     times[inside] = single.times_to_collision(controls[inside])[..., 0]
     return Field(tuple(rings), times)
+
+
+def _key(other: Other, start: float, end: float) -> Hashable:
+    """What the field of another one depends on, but for the robot: equal keys have equal fields."""
+    obstacle, motion = other.obstacle, other.obstacle.trajectory
+    first, last = max(start, motion.span[0]), min(end, motion.span[1])
+    path = motion.path(first, last) if first < last else None
+    moves = (first, last) if path is None else (path.times.tobytes(), path.points.tobytes())
+    return obstacle.shape, obstacle.heading, repr(obstacle.uncertainty), moves, other.margin, other.share
 
 
 class Fields:
@@ -115,13 +128,12 @@ class Fields:
         self._kept[context] = known
         while len(self._kept) > VIEW_CONTEXTS:
             self._kept.popitem(last=False)
-        margins = np.broadcast_to(np.asarray(blocked.margin), (len(seen.others),))
         found: list[Field] = []
         now: dict[Hashable, Field] = {}
-        for other, margin in zip(seen.others, margins.tolist()):
-            key: Hashable = (other.key, margin)
+        for row, (other, until) in enumerate(zip(seen.others, blocked.obstacles.until.tolist())):
+            key = _key(other, seen.time, seen.time + until), until
             if key not in known:
-                known[key] = field(seen, other, margin, plane)
+                known[key] = field(seen, row, plane)
                 self.computed += 1
             now[key] = known[key]
             found.append(known[key])
@@ -158,24 +170,25 @@ def multiples(times: Array, horizon: float) -> npt.NDArray[np.uint8]:
     return np.where(np.isfinite(times), np.round(250.0 * times / horizon), NONE).astype(np.uint8)
 
 
-def projections(blocked: ControlObstacle, admissible: Admissible, half: float) -> dict[str, npt.NDArray[Any]]:
+def projections(seen: Seen, half: float) -> dict[str, npt.NDArray[Any]]:
     """Return arrays of the three projections: along z, y and x.
 
     `shadow0` to `shadow2` (n, n), rows along the second axis: of all admissible controls on a line along the hidden
     axis, the latest time to collision, NONE if one of them is free, OUTSIDE if there is no such control.
     `silhouette0` to `silhouette2` (k, 2): outline of the projection of the admissible set.
     """
+    admissible, horizon = seen.admissible, seen.blocked.horizon
     x = np.linspace(-half, half, VIEW_PROJECTION_GRID)
     controls = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1)
     inside = admissible.contains(controls)
     latest = np.full(inside.shape, -np.inf)
-    found = blocked.times_to_collision(controls[inside])
+    found = seen.times(controls[inside])
     latest[inside] = found.min(axis=-1, initial=np.inf)
     arrays: dict[str, npt.NDArray[Any]] = {}
     border = silhouette(admissible, controls[inside])
     for k, hidden in enumerate((2, 1, 0)):
         best = latest.max(axis=hidden).T
-        arrays[f"shadow{k}"] = np.where(np.isneginf(best), OUTSIDE, multiples(np.maximum(best, 0.0), blocked.horizon))
+        arrays[f"shadow{k}"] = np.where(np.isneginf(best), OUTSIDE, multiples(np.maximum(best, 0.0), horizon))
         arrays[f"shadow{k}"] = arrays[f"shadow{k}"].astype(np.uint8)
         if len(border):
             hull = shapely.convex_hull(shapely.multipoints(np.delete(border, hidden, axis=1)))
@@ -230,7 +243,7 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
     shown = _predictions(seen, times, told, arrays)
     planes = [_panel(seen, fields, plane, k, arrays) for k, plane in enumerate(planes_of(seen))]
     if seen.state.dimension == 3:
-        arrays |= projections(seen.blocked, seen.admissible, planes_of(seen)[0].half)
+        arrays |= projections(seen, planes_of(seen)[0].half)
     described = {
         "answers": answers,
         "slot": slot,
@@ -244,7 +257,7 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         "horizon": seen.blocked.horizon,
         "margin": seen.navigator.margin,
         "outcome": seen.outcome,
-        "target": None if seen.target is None else seen.target.position(seen.time).tolist(),
+        "target": None if seen.target is None else seen.target.tolist(),
         "preferred": controls.preferred.tolist(),
         "chosen": None if controls.chosen is None else controls.chosen.tolist(),
         "chosen_label": controls.label,
@@ -252,7 +265,7 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         "first": told.first,
         "binding": [{"other": m.other, "time": m.time, "clearance": m.clearance} for m in told.binding],
         "others": [[other.kind, other.number] for other in seen.others],
-        "margins": np.broadcast_to(np.asarray(seen.blocked.margin), (len(seen.others),)).tolist(),
+        "margins": [other.margin for other in seen.others],
         "predicted": shown,
         "planes": planes,
     }
@@ -277,7 +290,8 @@ def _predictions(seen: Seen, times: Array, told: Reasons, arrays: Arrays) -> lis
         at = float(np.clip(seen.time, begin, end))
         distances.append(float(np.linalg.norm(other.obstacle.trajectory.position(at) - here)))
     important = {meeting.other for meeting in told.binding} | set(np.flatnonzero(np.isfinite(told.contact_times)))
-    order = sorted(range(len(distances)), key=lambda k: (k not in important, distances[k]))
+    drawn = [k for k, other in enumerate(seen.others) if other.kind != "hidden"]
+    order = sorted(drawn, key=lambda k: (k not in important, distances[k]))
     rows = sorted(order[:VIEW_PREDICTED])
     positions = np.full((len(times), len(rows), seen.state.dimension), np.nan)
     directions = np.full((len(times), len(rows)), 0.0)

@@ -11,7 +11,7 @@ from slalom.base.errors import InvalidInput
 from slalom.decision.methods import HOLDS, METHODS, Method, method
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import Scene, file_page, series
-from slalom.live.seen import Seen, Targets, decisions, seen_alone, seen_among, state_at
+from slalom.live.seen import Seen, decided_again
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.state import State
@@ -28,7 +28,7 @@ class Recorded(NamedTuple):
     Attributes:
         method: by which all robots decided; None if it has no control space here. name: of the method.
         end: the states at the end, as a step. arrived: (n,) absolute times [s], inf for robots that did not arrive.
-        notes: assumptions, a sentence each.
+        notes: assumptions, a sentence each. seed: of the errors of sensing and messages.
     """
 
     scenario: Scenario
@@ -38,6 +38,7 @@ class Recorded(NamedTuple):
     end: Step
     arrived: Array
     notes: tuple[str, ...]
+    seed: int = 0
 
 
 def recorded(recording: Recording) -> Recorded:
@@ -79,7 +80,7 @@ def recorded(recording: Recording) -> Recorded:
     ]
     found, more = method_of(recording)
     end = last_state(recording.positions[-1], recording.velocities[-1])
-    return Recorded(scenario, found, recording.method, steps, end, recording.arrived, (*notes, *more))
+    return Recorded(scenario, found, recording.method, steps, end, recording.arrived, (*notes, *more), recording.seed)
 
 
 def last_state(positions: Array, velocities: Array) -> Step:
@@ -239,11 +240,6 @@ def looked_at(found: Recorded, robot: int, interval: float | None = None) -> Ite
         interval = min(VIEW_EXPORT_INTERVAL, scenario.dt * len(steps) / VIEW_EXPORTED)
     every = scenario.steps_per_decision
     stride = max(1, int(positive(interval, "interval") / (every * scenario.dt) + 1e-9)) * every
-    if len(scenario.robots) > 1:
-        targets = Targets(scenario)
-        for k in range(0, len(steps), stride):
-            yield seen_among(scenario, method, steps, k, robot, targets.goal(steps, k, robot))
-        return
-    for k, decision in enumerate(decisions(scenario, method, steps)):
+    for k, known in enumerate(decided_again(scenario, method, steps, found.seed)):
         if k % stride == 0:
-            yield seen_alone(scenario, method, decision, k, state_at(steps, k, 0))
+            yield known.seen(steps, k, robot)

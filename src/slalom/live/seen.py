@@ -1,188 +1,50 @@
-"""What one robot decided at one step of a run, and what it saw of all others: the input of the control space."""
+"""What one robot knew and decided at one step of a run: the input of the control space."""
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
-from slalom.decision.methods import METHODS, Method, margin_among
+from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
-from slalom.lookahead.navigator import SequenceDecision
+from slalom.fleet.fleet import Fleet
+from slalom.kernels.arrays import Indices
+from slalom.kernels.decision.bodies import COOPERATION_RANGE
+from slalom.kernels.decision.tables import Paths, RobotTable
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
-from slalom.model.response import Response
-from slalom.model.response.kinds import AccelerationSequence
+from slalom.model.response import Response, Velocity
 from slalom.model.state import State
-from slalom.model.trajectory import ConstantAcceleration, Stationary
+from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import displaced, to_nearest
-from slalom.obstacle.predicted import predicted
-from slalom.obstacle.window import ObstacleWindow
+from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.simulate import by_name
-from slalom.sim.run.states import RobotStates
+from slalom.sim.run.simulate import Run, by_name
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import clearances
-from slalom.view.control_space import DrawnControls, drawn_controls, kind, preferred_of, target_of
+from slalom.view.control_space import DrawnControls, kind, preferred_of, target_of
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Targets that guidance gave the robots of a run, made again from its states.
+# The log of a run.
 
 
-class Targets:
-    """Targets of the robots of a scenario, in the order of time; what was made once is kept."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        ordered, self._rows = by_name(scenario)
-        # Guidance depends on no method and no priority.
-        ordered = replace(ordered, robots=tuple(replace(robot, method=None, priority=1.0) for robot in ordered.robots))
-        self._scenario, self._states = scenario, RobotStates(ordered)
-        self._fleet = FleetDecider(ordered, METHODS["nao"]).fleet
-        self._goals = [robot.goal for robot in ordered.robots]
-        self._known: list[tuple[Array, Array, Array]] = []
-
-    def goal(self, steps: Sequence[Step], k: int, robot: int) -> Goal:
-        """Return what a robot drives to at step k: the target of its latest decision, or its goal."""
-        own = self._scenario.robots[robot].goal
-        if self._fleet.guidance is None:
-            return own
-        while len(self._known) <= k:
-            self._advance(steps)
-        target, tolerance, stop = (values[robot] for values in self._known[k])
-        made = k - k % self._scenario.steps_per_decision
-        if (target == own.position(self._scenario.start + made * self._scenario.dt)).all():
-            return own
-        return Goal(Stationary(target), float(tolerance), bool(stop))
-
-    def _advance(self, steps: Sequence[Step]) -> None:
-        scenario = self._scenario
-        states = self._states
-        table, destinations = self._fleet.table, self._fleet.destinations
-        each = table.each
-        d = self._scenario.dimension
-        k = len(self._known)
-        step, now = steps[k], scenario.start + k * scenario.dt
-        if k:
-            # A goal may be passed during a step.
-            acceleration = np.zeros_like(states.position)
-            acceleration[self._rows, :d] = steps[k - 1].accelerations
-            states.integrate(acceleration, scenario.dt)
-        states.position[self._rows, :d], states.velocity[self._rows, :d] = step.positions, step.velocities
-        states.note_arrivals(now)
-        if k % scenario.steps_per_decision:
-            self._known.append(self._known[-1])
-            return
-        each["position"], each["velocity"] = states.position, states.velocity
-        each["present"] = states.present
-        destinations.set(table, now, goals=self._goals)
-        destinations.guide(table, now, joined=np.full(len(each), k == 0))
-        rows = self._rows
-        self._known.append((each["target"][rows, :d], each["tolerance"][rows], np.array(each["stop"][rows])))
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Obstacles and other robots of a run as one robot predicts them, and the record of each in the log of the run.
-
-
-OLD: Final = ("", "KEPT", "CONTINUED", "WAITING")
+OLD: Final = ("", "KEPT", "CONTINUED", "INTERRUPTED", "WAITING")
 """Outcomes of decisions after which the manoeuvre is the same as before."""
-
-
-class Other(NamedTuple):
-    """An obstacle or another robot as a robot predicts it.
-
-    Attributes:
-        kind: "obstacle" or "robot". number: in the scenario, from 0. key: equal where the prediction is equal.
-        reach: [m] bound of its predicted motion over the horizon; inf: none is known.
-    """
-
-    kind: str
-    number: int
-    obstacle: Obstacle
-    margin: float
-    key: Hashable
-    reach: float = np.inf
-
-    @property
-    def name(self) -> str:
-        """The name for users."""
-        return self.obstacle.name or f"{self.kind} {self.number}"
 
 
 def state_at(steps: Sequence[Step], k: int, robot: int) -> State:
     """Return the state of a robot at step k; its acceleration is the one applied before."""
     before = steps[k - 1].accelerations[robot] if k else np.zeros_like(steps[k].positions[robot])
     return State(steps[k].positions[robot], steps[k].velocities[robot], before)
-
-
-def committed(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> Manoeuvre | None:
-    """Return the manoeuvre to which a robot is committed after step k; None if the log does not determine it."""
-    begin = next((j for j in range(k, -1, -1) if steps[j].outcomes[robot] not in OLD), None)
-    if begin is None:
-        return None
-    response, control = steps[begin].responses[robot], steps[begin].controls[robot]
-    if isinstance(response, str) or not np.isfinite(control).all():
-        return None
-    return Manoeuvre(response, state_at(steps, begin, robot), control, scenario.start + scenario.dt * begin)
-
-
-def last_outcome(steps: Sequence[Step], k: int, robot: int) -> str:
-    """Return the outcome of the last decision up to step k; "" if there is none."""
-    return next((steps[j].outcomes[robot] for j in range(k, -1, -1) if steps[j].outcomes[robot]), "")
-
-
-def obstacles_of(scenario: Scenario, method: Method, state: State, now: float, robot: int = 0) -> tuple[Other, ...]:
-    """Return the obstacles as a robot predicts them; in a periodic world the image that is nearest now."""
-    margin = scenario.margin_of(robot)
-    forecast = method.forecast
-    found = []
-    for index, obstacle in enumerate(scenario.obstacles):
-        if not (forecast.includes_future or obstacle.exists(now)):
-            continue
-        image = _nearest(scenario, obstacle, state, now)
-        found.append(Other("obstacle", index, predicted(image, forecast, now), margin, (obstacle, repr(forecast))))
-    return tuple(found)
-
-
-def _nearest(scenario: Scenario, obstacle: Obstacle, state: State, now: float) -> Obstacle:
-    if scenario.period is None or not obstacle.exists(now):
-        return obstacle
-    return displaced(obstacle, to_nearest(obstacle.trajectory.position(now) - state.position, scenario.period))
-
-
-def robots_of(scenario: Scenario, method: Method, steps: Sequence[Step], k: int, robot: int) -> Iterator[Other]:
-    """Return the other robots at step k as a robot predicts them; those that have left are not among them."""
-    now, own = scenario.start + scenario.dt * k, steps[k].positions[robot]
-    delay = scenario.dt * scenario.steps_per_decision + scenario.sight_delay
-    for j, other in enumerate(scenario.robots):
-        state = state_at(steps, k, j)
-        if j == robot or has_left(scenario, steps, k, j):
-            continue
-        manoeuvre = committed(scenario, steps, k, j) if method.shared else None
-        key: Hashable
-        if manoeuvre is not None:
-            obstacle = Obstacle(other.shape, manoeuvre, other.name)
-            key = (j, manoeuvre.start, manoeuvre.control.tobytes(), repr(manoeuvre.response))
-        else:
-            motion = ConstantAcceleration(state.position, state.velocity, state.acceleration, now)
-            obstacle = predicted(Obstacle(other.shape, motion, other.name), method.robot_forecast, now)
-            key = (j, now, *(x.tobytes() for x in (state.position, state.velocity, state.acceleration)))
-        if scenario.period is not None:
-            obstacle = displaced(obstacle, to_nearest(state.position - own, scenario.period))
-        acceleration = scenario.robots[robot].limits.max_acceleration
-        margin = margin_among(method, scenario.margin_of(robot), acceleration, delay, scenario.sight_noise)
-        fast, hard = float(np.linalg.norm(state.velocity)), float(np.linalg.norm(state.acceleration))
-        bound = other.limits.max_speed if manoeuvre is not None else fast + hard * scenario.horizon
-        yield Other("robot", j, obstacle, margin, key, 1.01 * bound * scenario.horizon)
 
 
 def has_left(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> bool:
@@ -194,8 +56,27 @@ def has_left(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> b
     return not scenario.robots[robot].goal.stop and last > 0 and not steps[last].outcomes[robot]
 
 
+def decided_again(scenario: Scenario, method: Method, steps: Sequence[Step], seed: int = 0) -> Iterator["Knowledge"]:
+    """Make the decisions of a run again, from the recorded states; yield what is known after each step."""
+    decider, rows = (run := Run(scenario, method, seed=seed)).decider, by_name(scenario)[1]
+    states, d, found = decider.states, scenario.dimension, Knowledge(scenario, run)
+    for k, step in enumerate(steps):
+        if k:
+            # A goal may be passed during a step.
+            acceleration = np.zeros_like(states.position)
+            acceleration[rows, :d] = steps[k - 1].accelerations
+            states.integrate(acceleration, scenario.dt)
+        states.position[rows, :d], states.velocity[rows, :d] = step.positions, step.velocities
+        now = scenario.start + scenario.dt * k
+        states.note_arrivals(now)
+        if k % scenario.steps_per_decision == 0:
+            decider.decide(now)
+            found.note()
+        yield found
+
+
 # ---------------------------------------------------------------------------------------------------------------------
-# Robots near enough to count in a picture of the control space: the others cannot be met by a drawn control.
+# What a robot knew at a decision: its own values, and those that its fleet holds.
 
 
 VIEW_SAMPLES: Final = 33
@@ -211,40 +92,216 @@ Larger: larger files and slower drawing. Smaller: fewer predicted paths in crowd
 """
 
 
+class Other(NamedTuple):
+    """An obstacle or another robot as a robot predicts it.
+
+    Attributes:
+        kind: "obstacle" or "robot"; "hidden" for what stands for agents that are not seen.
+        number: in the scenario, from 0. margin: [m] that the robot keeps.
+        share: [1] part of the avoidance that the robot does itself.
+    """
+
+    kind: str
+    number: int
+    obstacle: Obstacle
+    margin: float
+    share: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """The name for users."""
+        if self.kind == "hidden":
+            return "agents that are not seen"
+        return self.obstacle.name or f"{self.kind} {self.number}"
+
+
+class Known(NamedTuple):
+    """What a robot knew at a decision, and what it decided.
+
+    Attributes:
+        goal: what it drove to until the next decision, at most at `max_speed` [m/s].
+        blocked: the control obstacle of the decision, or of any response to take its obstacles and margins from.
+        others: those of `blocked`. preferred: (d,) by the decision; None: that of the objective.
+        manoeuvre: the committed one; None if none is known.
+    """
+
+    navigator: Navigator
+    goal: Goal
+    max_speed: float
+    blocked: ControlObstacle
+    others: tuple[Other, ...]
+    manoeuvre: Manoeuvre | None
+    preferred: Array | None
+
+    @property
+    def time(self) -> float:
+        """The time [s] of the decision."""
+        return self.blocked.obstacles.start
+
+
+class Knowledge:
+    """What the robots of a run knew at their decisions so far."""
+
+    def __init__(self, scenario: Scenario, run: Run) -> None:
+        self._scenario, self._decider = scenario, run.decider
+        self._rows = by_name(scenario)[1].tolist()
+        self._single = list[Decision]()
+        # Of each decision of a fleet: the table and the obstacles of each row that decided.
+        self._tables = list[dict[int, tuple[RobotTable, Obstacles]]]()
+        self._new = dict[int, tuple[RobotTable, Obstacles]]()
+        if isinstance(self._decider, FleetDecider):
+            self._decider.fleet.watch = self._watch
+
+    def _watch(self, order: Indices, table: RobotTable, obstacles: Obstacles) -> None:
+        observed = Paths(table.observed.times.copy(), table.observed.points.copy())
+        known = RobotTable(table.each.copy(), table.committed, observed), obstacles
+        self._new |= dict.fromkeys(order.tolist(), known)
+
+    def note(self) -> None:
+        """Note the decision that has just been made."""
+        if isinstance(self._decider, SingleRobotDecider):
+            assert self._decider.decision is not None
+            self._single.append(self._decider.decision)
+        elif isinstance(self._decider, FleetDecider) and not self._tables:
+            # Robots that wait for messages decide later.
+            decided, fleet = self._new, self._decider.fleet
+            self._watch(np.array(self._rows), fleet.table, fleet.obstacles)
+            self._new |= decided
+        self._tables.append(self._new)
+        self._new = {}
+
+    def decision(self, k: int) -> Decision:
+        """The decision in force at step k of the only robot."""
+        return self._single[k // self._scenario.steps_per_decision]
+
+    def seen(self, steps: Sequence[Step], k: int, robot: int = 0, number: int = -1) -> "Seen":
+        """The decision in force at step k in the control space of response `number`; -1: of the committed manoeuvre.
+
+        That of a kept manoeuvre is the one from which it was chosen: of its own start, and of what was known then.
+        """
+        every = self._scenario.steps_per_decision
+        made = k // every
+        if self._single:
+            last = alone(self._scenario, self._single[made])
+            begun = made
+            while begun and self._single[begun - 1].manoeuvre is self._single[made].manoeuvre:
+                begun -= 1
+            first = last if begun == made else alone(self._scenario, self._single[begun])
+            return seen_of(self._scenario, k, robot, self._single[made].outcome.name, last, first, number)
+        row, fleet = self._rows[robot], cast(FleetDecider, self._decider).fleet
+        decided = [j for j in range(made + 1) if row in self._tables[j]]
+        outcomes = {j: steps[every * j].outcomes[robot] for j in decided}
+        begun = next((j for j in reversed(decided) if outcomes[j] not in OLD), decided[-1])
+        times = self._scenario.start + self._scenario.dt * every * np.arange(made + 1)
+        last, first = (
+            among(self._scenario, fleet, row, self._tables[j][row], steps[every * j], float(times[j]), robot)
+            for j in (decided[-1], begun)
+        )
+        return seen_of(self._scenario, k, robot, outcomes[decided[-1]], last, first, number)
+
+
+def alone(scenario: Scenario, decision: Decision) -> Known:
+    """What the only robot of a scenario knew at a decision."""
+    made, blocked = decision.inputs, decision.blocked
+    assert made is not None
+    navigator = cast(Navigator, made.navigator)
+    state, now = made.state, made.now
+    if blocked.obstacles.start != now:
+        # A sequence that is kept holds the control obstacle of its start.
+        window = navigator.predict(made.obstacles, state, now)
+        blocked = navigator.control_obstacle(_responses(navigator)[0], window, state)
+    window, progress = blocked.obstacles, None if made.previous is None else made.previous.progress
+    goal = Goal(Stationary(state.position)) if made.goal is None else made.goal
+    target, max_speed = target_of(goal, navigator, state, window, progress)
+    margins = np.broadcast_to(np.asarray(blocked.margin), (len(window),)).tolist()
+    numbers = numbers_of(scenario, window.obstacles, now)
+    others = tuple(Other(*number, *more) for number, *more in zip(numbers, window.obstacles, margins))
+    return Known(navigator, target, max_speed, blocked, others, decision.manoeuvre, decision.preferred)
+
+
+def among(
+    scenario: Scenario, fleet: Fleet, row: int, known: tuple[RobotTable, Obstacles], step: Step, now: float, robot: int
+) -> Known:
+    """What a robot (row) of a fleet knew at its decision `now` [s], as its fleet held it."""
+    table, obstacles = known
+    members, d = fleet.members, fleet.dimension
+    each: Any = table.each[row]
+    outcome = step.outcomes[robot]
+    state = State(step.positions[robot], step.velocities[robot], each["acceleration"][:d])
+    navigator = replace(
+        fleet.navigator,
+        method=members.methods[row],
+        robot=members.shapes[row],
+        limits=members.limits[row],
+        margin=float(members.margins[row]),
+    )
+    passive, robots = fleet.known_to(row, table, obstacles, now)
+    foreseen = navigator.predict(passive, state, now)
+    # In a periodic world the table holds the robots of the cell about the origin.
+    by = state.position - each["position"][:d]
+    listed = [displaced(one, by) if by.any() else one for one in (*foreseen.obstacles, *robots.values())]
+    until = np.append(foreseen.until, np.full(len(robots), navigator.horizon))
+    response, manoeuvre = step.responses[robot], None
+    if outcome not in OLD and not isinstance(response, str):
+        manoeuvre = Manoeuvre(response, state, step.controls[robot], now)
+    else:
+        response = _responses(navigator)[0]
+    margins = np.append(np.full(len(foreseen), each["margin"]), np.full(len(robots), each["margin_among"]))
+    if outcome in ("SQUEEZED", "DELAYED"):
+        margins[:] = 0.0
+    window = ObstacleWindow(listed, now, navigator.horizon, until)
+    blocked = navigator.control_obstacle(response, window, state, margins)
+    away = ControlObstacle(response, state, window, navigator.robot).initial_clearances[len(foreseen) :]
+    names, shares = [robot.name for robot in scenario.robots], np.ones(len(listed))
+    numbers = numbers_of(scenario, foreseen.obstacles, now)
+    for j, (k, clearance) in enumerate(zip(robots, away.tolist()), len(foreseen)):
+        other: Any = table.each[k]
+        numbers.append(("robot", names.index(members.names[other["number"]])))
+        # No robot relies on another one that is close.
+        if clearance > COOPERATION_RANGE * (each["radius"] + other["radius"]):
+            own = navigator.method.share * other["priority"]
+            shares[j] = own / (own + (1.0 - navigator.method.share) * each["priority"])
+    kept = np.asarray(blocked.margin).tolist()
+    others = tuple(Other(*number, *more) for number, *more in zip(numbers, listed, kept, shares.tolist()))
+    goal: Goal = scenario.robots[robot].goal
+    if isinstance(goal, PathGoal) or not (each["final"] and each["moving"]):
+        goal = Goal(Stationary(each["target"][:d] + by), float(each["tolerance"]), bool(each["stop"]))
+    return Known(navigator, goal, float(each["max_speed"]), blocked, others, manoeuvre, None)
+
+
+def _responses(navigator: Navigator) -> tuple[Response, ...]:
+    return navigator.method.responses(navigator.limits, navigator.period, navigator.holds)
+
+
+def numbers_of(scenario: Scenario, known: Sequence[Obstacle], now: float) -> list[tuple[str, int]]:
+    """Kind and number in the scenario of each obstacle that a robot knows: the nearest of its name and shape."""
+    same = dict[tuple[str, int], list[int]]()
+    for k, one in enumerate(scenario.obstacles):
+        same.setdefault((one.name, id(one.shape)), []).append(k)
+    found = []
+    for one in known:
+        numbers = same.get((one.name, id(one.shape)), [])
+        if len(numbers) > 1:
+            away = [_place(scenario.obstacles[k], now) - _place(one, now) for k in numbers]
+            if scenario.period is not None:
+                away = [vector + to_nearest(vector, scenario.period) for vector in away]
+            numbers = [numbers[int(np.argmin(np.linalg.norm(away, axis=1)))]]
+        found.append(("obstacle", numbers[0]) if numbers else ("hidden", 0))
+    return found
+
+
+def _place(obstacle: Obstacle, now: float) -> Array:
+    return obstacle.trajectory.position(float(np.clip(now, *obstacle.trajectory.span)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A decision in the control space that is drawn.
+
+
 def half_side(response: Any, limits: Limits, admissible: Admissible) -> float:
     """Return half of the side of the drawn square around 0, in the unit of the control."""
     known = {"acceleration": 1.25 * limits.max_acceleration, "velocity": 1.12 * limits.max_speed}
     return known.get(kind(response).name, 1.12 * admissible.largest)
-
-
-def reach(response: Response, state: State, limits: Limits, horizon: float, largest: float) -> float:
-    """Return a bound [m] of how far a robot moves within the horizon [s] under controls of this size, or committed."""
-    times = np.linspace(0.0, horizon, VIEW_SAMPLES)
-    image = response.position(state, times)
-    drift = float(np.linalg.norm(image.drift - state.position, axis=1).max())
-    between = limits.max_speed * horizon / (VIEW_SAMPLES - 1)
-    return max(drift + float(np.abs(image.gain).max()) * largest, limits.max_speed * horizon) + between
-
-
-def near(others: tuple[Other, ...], state: State, radius: float, own: float, now: float) -> tuple[Other, ...]:
-    """Return those others whose predicted motion can come into contact with a robot that moves at most `own` [m].
-
-    All of them where there are few: their predicted paths are drawn as well.
-    """
-    if len(others) <= VIEW_PREDICTED:
-        return others
-    kept = []
-    for other in others:
-        if np.isfinite(other.reach):
-            away = float(np.linalg.norm(other.obstacle.trajectory.position(now) - state.position))
-            if away > own + other.reach + radius + other.obstacle.shape.bounding_radius + other.margin:
-                continue
-        kept.append(other)
-    return tuple(kept)
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# What one robot decided at one step of a run, and what it saw of all others: the input of the control space.
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,27 +309,33 @@ class Seen:
     """A decision with everything that its control space is drawn from.
 
     Attributes:
-        time: [s] absolute. step: of the run. outcome: name of the `Outcome`, "" if none is known.
-        responses: those that the robot compares. blocked: the control obstacle of the response that is drawn.
-        goal: what the robot drives to. progress: [m] along the path to it at the last decision; None if unknown.
-        target: where guidance or the path leads next, instead of the goal of the robot; None: that goal.
-        manoeuvre: the committed one; None if none is known.
+        step: of the run. outcome: name of the `Outcome`, "" if none is known.
+        age: [s] of the committed manoeuvre. manoeuvre: it; None if none is known.
+        target: (d,) [m] where the robot drives instead of where its goal was at the start; None: there.
+        responses: those that the robot compares. others: of the control obstacle `blocked` of one of them.
     """
 
-    time: float
     step: int
     robot: int
-    state: State
-    goal: Goal
-    progress: float | None
-    target: Goal | None
+    outcome: str
+    age: float
+    target: Array | None
     navigator: Navigator
     responses: tuple[Response, ...]
     others: tuple[Other, ...]
-    outcome: str
     manoeuvre: Manoeuvre | None
     blocked: ControlObstacle
     controls: DrawnControls
+
+    @property
+    def time(self) -> float:
+        """Absolute time [s] at which the control space is drawn."""
+        return self.blocked.obstacles.start
+
+    @property
+    def state(self) -> State:
+        """The state of the robot at this time."""
+        return self.blocked.state
 
     @property
     def response(self) -> Response:
@@ -284,146 +347,68 @@ class Seen:
         """The admissible controls of that response."""
         return self.controls.admissible
 
+    @property
+    def unchanged(self) -> Array:
+        """The control (d,) that changes nothing: of the change from it a robot makes its share of the avoidance."""
+        return self.state.velocity if isinstance(self.response, Velocity) else np.zeros(self.state.dimension)
 
-def seen_alone(scenario: Scenario, method: Method, decision: Decision, step: int, state: State) -> Seen:
-    """Return the decision of the only robot of a scenario, as it was made at a step in a state.
+    def whole(self, controls: Array, share: float) -> Array:
+        """The controls (..., d) that do all of an avoidance of which `controls` do a share."""
+        return np.asarray(self.unchanged + (controls - self.unchanged) / share)
 
-    A sequence that is kept has no control space of its own: that of the first response is drawn.
-    """
-    now = scenario.start + scenario.dt * step
-    navigator = scenario.navigator(scenario.robot.method or method)
-    made = decision if decision.blocked.obstacles.start == now else None
-    margin = scenario.margin_of(0)
-    if decision.outcome in (Outcome.SQUEEZED, Outcome.DELAYED):
-        margin = 0.0
-    if isinstance(decision, SequenceDecision):
-        margin = decision.search.problem.margin
-    others = tuple(other._replace(margin=margin) for other in obstacles_of(scenario, navigator.method, state, now))
-    goal = scenario.robot.goal
-    return _seen(
-        scenario,
-        navigator,
-        0,
-        goal,
-        state,
-        step,
-        now,
-        others,
-        decision.outcome.name,
-        decision.manoeuvre,
-        made,
-        progress=decision.progress,
-    )
+    def times(self, controls: Array) -> Array:
+        """Time of the first contact for controls (..., d) with each other: (..., n) [s], inf if there is none.
+
+        For robots that share the avoidance, of the whole of it.
+        """
+        times = self.blocked.times_to_collision(controls)
+        shares = np.array([other.share for other in self.others])
+        for share in set(shares[shares < 1.0].tolist()):
+            times[..., shares == share] = self.blocked.times_to_collision(self.whole(controls, share))[
+                ..., shares == share
+            ]
+        return times
 
 
-def seen_among(
-    scenario: Scenario, method: Method, steps: Sequence[Step], k: int, robot: int, goal: Goal | None = None
+def seen_of(
+    scenario: Scenario, step: int, robot: int, outcome: str, last: Known, first: Known, number: int = -1
 ) -> Seen:
-    """Return the decision of a robot among others at step k, from the log of the run.
+    """Return the decision `last`, whose manoeuvre began with the decision `first`, in a control space.
 
-    The others are predicted as the method says; those that no drawn control can meet are left out. The robot's share
-    of the avoidance is not part of the picture. `goal`: what it drives to; by default its own goal, see `Targets`.
+    That of the response `number` at the last decision; -1: that of the manoeuvre, from which it was chosen. The chosen
+    control has a meaning only there.
     """
-    own = scenario.robots[robot].method or method
-    navigator = scenario.navigator(own, robot)
-    now = scenario.start + scenario.dt * k
-    state = state_at(steps, k, robot)
-    others = (*obstacles_of(scenario, own, state, now, robot), *robots_of(scenario, own, steps, k, robot))
-    manoeuvre, outcome = committed(scenario, steps, k, robot), last_outcome(steps, k, robot)
-    to = scenario.robots[robot].goal if goal is None else goal
-    return _seen(scenario, navigator, robot, to, state, k, now, others, outcome, manoeuvre, None)
-
-
-def with_response(seen: Seen, scenario: Scenario, response: Response) -> Seen:
-    """Return the same decision in the control space of another response."""
-    return _seen(
-        scenario,
-        seen.navigator,
-        seen.robot,
-        seen.goal,
-        seen.state,
-        seen.step,
-        seen.time,
-        seen.others,
-        seen.outcome,
-        seen.manoeuvre,
-        None,
-        response,
-        seen.progress,
-    )
-
-
-def _seen(
-    scenario: Scenario,
-    navigator: Navigator,
-    robot: int,
-    goal: Goal,
-    state: State,
-    step: int,
-    now: float,
-    others: tuple[Other, ...],
-    outcome: str,
-    manoeuvre: Manoeuvre | None,
-    decision: Decision | None,
-    shown: Response | None = None,
-    progress: float | None = None,
-) -> Seen:
-    among = len(scenario.robots) > 1
-    method = navigator.method.among_robots() if among else navigator.method
-    responses = method.responses(navigator.limits, navigator.period, navigator.holds)
-    if decision is not None:
-        response = decision.blocked.response
-    elif manoeuvre is not None and not isinstance(manoeuvre.response, AccelerationSequence):
-        response = shown or manoeuvre.response
-    else:
-        response = shown or responses[0]
-    limits, horizon = navigator.limits, navigator.horizon
-    admissible = limits.admissible(response, state, horizon)
-    on_path = isinstance(goal, PathGoal)
-    around = ObstacleWindow([other.obstacle for other in others] if on_path else (), now, horizon)
-    target, max_speed = target_of(goal, navigator, state, around, progress)
-    if decision is not None:
-        controls = drawn_controls(decision, navigator, goal)
-    else:
-        situation = navigator.situation(response, state, target, now)
-        preferred = preferred_of(navigator, situation, max_speed)
-        controls = DrawnControls.of(response, state, admissible, preferred, manoeuvre, now, navigator.period)
-    drawn = np.sqrt(state.dimension) * half_side(response, limits, admissible)
-    own = reach(response, state, limits, horizon, max(drawn, float(np.linalg.norm(controls.preferred))))
-    others = near(others, state, scenario.robots[robot].shape.bounding_radius, own, now)
-    window = ObstacleWindow([other.obstacle for other in others], now, horizon)
-    blocked = navigator.control_obstacle(response, window, state, np.array([other.margin for other in others]))
+    responses = _responses(last.navigator)
+    selected = 0 <= number < len(responses)
+    known = last if selected else first
+    navigator, state = known.navigator, known.blocked.state
+    begun = known.manoeuvre
+    response = responses[number] if selected else known.blocked.response
+    own = begun is not None and begun.start == known.time and begun.response == response
+    blocked = known.blocked
+    if response != blocked.response:
+        blocked = navigator.control_obstacle(response, blocked.obstacles, state, np.asarray(blocked.margin))
+    admissible = navigator.limits.admissible(response, state, navigator.horizon)
+    preferred = known.preferred if own else None
+    if preferred is None:
+        situation = navigator.situation(response, state, known.goal, known.time)
+        preferred = preferred_of(navigator, situation, known.max_speed)
+    chosen = begun.control if own and begun is not None else None
+    target = last.goal.position(last.time)
+    moved = (target != scenario.robots[robot].goal.position(scenario.start)).any()
     return Seen(
-        now,
         step,
         robot,
-        state,
-        goal,
-        progress,
-        None if target is scenario.robots[robot].goal else target,
+        outcome,
+        0.0 if first.manoeuvre is None else last.time - first.manoeuvre.start,
+        target if moved else None,
         navigator,
         responses,
-        others,
-        outcome,
-        manoeuvre,
+        known.others,
+        first.manoeuvre,
         blocked,
-        controls,
+        DrawnControls(admissible, preferred, chosen, "" if chosen is None else "chosen"),
     )
-
-
-def decisions(scenario: Scenario, method: Method, steps: Sequence[Step]) -> Iterator[Decision]:
-    """Make the decisions of a run of one robot again, from the recorded states; one for each step.
-
-    Raises:
-        InvalidInput: a scenario of several robots.
-    """
-    if len(scenario.robots) > 1:
-        raise InvalidInput(f"scenario: expected one robot, found {len(scenario.robots)}")
-    decider = SingleRobotDecider(scenario, method)
-    for k in range(len(steps)):
-        if k % scenario.steps_per_decision == 0:
-            decision = decider.decide_in(state_at(steps, k, 0), scenario.start + scenario.dt * k)
-        yield decision
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -447,7 +432,7 @@ class Meeting(NamedTuple):
     """The closest approach of a manoeuvre to an obstacle."""
 
     other: int  # row of `Seen.others`
-    time: float  # [s] after the decision
+    time: float  # [s] after the start of the manoeuvre
     clearance: float  # [m] between the surfaces
 
 
@@ -468,26 +453,26 @@ class Reasons(NamedTuple):
 def reasons(seen: Seen) -> Reasons:
     """Return the reasons of a decision, in the control space that is drawn."""
     quantity, preferred = kind(seen.response), seen.controls.preferred
-    times = seen.blocked.times_to_collision(preferred)
+    times = seen.times(preferred)
     first = int(np.argmin(times)) if np.isfinite(times).any() else -1
     binding = tuple(_binding(seen))
     wanted = f"The preferred {quantity.name} {_numbers(preferred)} {quantity.unit}"
     if first >= 0:
         hit = seen.others[first]
-        shared = hit.kind == "robot" and seen.navigator.method.share < 1.0
-        # The picture shows the others as predicted; the decision leaves a part of the avoidance to them.
-        unless = f" unless {hit.name} takes its share of the avoidance" if shared else ""
+        # The robot makes a part of the change that avoids the contact, and the other one the rest.
+        unless = f" even if {hit.name} takes its share of the avoidance" if hit.share < 1.0 else ""
         told = f"{wanted} would hit {hit.name} in {times[first]:.1f} s{unless}."
     elif not seen.admissible.contains(preferred):
         told = f"{wanted} hits nothing, but it is outside the limits."
     else:
         told = f"{wanted} hits nothing within {seen.blocked.horizon:g} s."
     sentences = [told]
-    if seen.outcome in OLD and seen.manoeuvre is not None and seen.outcome:
-        age = seen.time - seen.manoeuvre.start
-        sentences.append(f"{Outcome[seen.outcome].value} It is {age:.1f} s old.")
-    elif seen.outcome in Outcome.__members__:
-        sentences.append(Outcome[seen.outcome].value)
+    if seen.outcome in Outcome.__members__:
+        sentences.insert(0, Outcome[seen.outcome].value)
+    if seen.age > 0.0 and seen.controls.chosen is not None:
+        sentences.insert(1, f"It began {seen.age:.1f} s ago, and its control space is that of then.")
+    elif seen.age > 0.0:
+        sentences.insert(1, f"It began {seen.age:.1f} s ago; its control has no place in this control space.")
     if binding:
         passed = " and ".join(f"{seen.others[m.other].name} in {m.time:.1f} s" for m in binding[:2])
         least = binding[0].clearance
@@ -498,31 +483,29 @@ def reasons(seen: Seen) -> Reasons:
 
 def _binding(seen: Seen) -> list[Meeting]:
     """The closest approaches of the manoeuvre that leave little beyond the margin, closest first."""
-    if seen.manoeuvre is None or not seen.others:
-        return []
-    times = seen.time + np.linspace(0.0, seen.blocked.horizon, VIEW_APPROACH_SAMPLES)
-    positions = seen.manoeuvre.position(times)
-    found = []
+    chosen, found = seen.controls.chosen, list[Meeting]()
+    if chosen is None:
+        return found
+    elapsed = np.linspace(0.0, seen.blocked.horizon, VIEW_APPROACH_SAMPLES)
+    times, image = seen.time + elapsed, seen.response.position(seen.state, elapsed)
+    controls = {share: seen.whole(chosen, share) for share in {other.share for other in seen.others}}
+    least = {share: seen.blocked.clearances(control) for share, control in controls.items()}
     for row, other in enumerate(seen.others):
-        meeting = _closest(seen, other, row, times, positions)
-        if meeting is not None and meeting.clearance <= other.margin + VIEW_BINDING:
-            found.append(meeting)
+        control, obstacle = controls[other.share], other.obstacle
+        if least[other.share][row] > VIEW_BINDING:
+            continue
+        positions = image(control)
+        moving = np.linalg.norm(np.gradient(positions, axis=0), axis=1) > 1e-9
+        begin, end = obstacle.trajectory.span
+        there = (times >= begin) & (times <= end) & (moving | obstacle.contact_at_rest)
+        if there.any():
+            distance = clearances(obstacle, seen.blocked.robot, times[there], positions[there])
+            if obstacle.uncertainty is not None:
+                d = seen.state.dimension
+                distance = distance - [float(obstacle.uncertainty.radius(t, d)) for t in elapsed[there].tolist()]
+            k = int(np.argmin(distance))
+            found.append(Meeting(row, float(elapsed[there][k]), float(distance[k])))
     return sorted(found, key=lambda meeting: meeting.clearance)
-
-
-def _closest(seen: Seen, other: Other, row: int, times: Array, positions: Array) -> Meeting | None:
-    begin, end = other.obstacle.trajectory.span
-    there = (times >= begin) & (times <= end)
-    if not there.any():
-        return None
-    centres = other.obstacle.trajectory.position(times[there])
-    away = np.linalg.norm(centres - positions[there], axis=1)
-    reach = other.obstacle.shape.bounding_radius + seen.blocked.robot.bounding_radius + other.margin + VIEW_BINDING
-    if away.min() > reach:
-        return None
-    distance = clearances(other.obstacle, seen.blocked.robot, times[there], positions[there])
-    k = int(np.argmin(distance))
-    return Meeting(row, float(times[there][k] - seen.time), float(distance[k]))
 
 
 def _numbers(control: Array) -> str:

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import Array, number, positive, vector, whole
 from slalom.base.errors import InvalidInput, SlalomError
-from slalom.decision import Decision
 from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
@@ -17,14 +16,11 @@ from slalom.live.messages import Scene, pack, series
 from slalom.live.recorded import Recorded, last_state
 from slalom.live.seen import (
     VIEW_SAMPLES,
+    Knowledge,
     Seen,
-    Targets,
-    decisions,
+    decided_again,
     has_left,
-    seen_alone,
-    seen_among,
     state_at,
-    with_response,
 )
 from slalom.model.goal import Goal
 from slalom.model.shape import round_shape
@@ -42,7 +38,6 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import moved
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.measure.recording import Step
-from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.run.simulate import Run
 from slalom.sim.scenario import Robot, Scenario
 
@@ -50,39 +45,13 @@ from slalom.sim.scenario import Robot, Scenario
 # Where the steps of a view come from: a run that is made, or a recording that is replayed.
 
 
-class Played(Protocol):
-    """Steps of a run."""
-
-    @property
-    def steps(self) -> list[Step]:
-        """The steps that are known."""
-
-    @property
-    def arrived(self) -> Array:
-        """Times of arrival (n,) [s] known so far, inf for the others."""
-
-    @property
-    def complete(self) -> bool:
-        """Whether all steps are known."""
-
-    @property
-    def end(self) -> Step:
-        """The states at the end of a complete run."""
-
-    def advance(self, count: int) -> None:
-        """Make further steps, if the run is not complete."""
-
-    def decision(self, k: int) -> Decision:
-        """Return the decision at step k of the only robot."""
-
-
 class Made:
-    """A run that is made step by step, see `Played`."""
+    """A run that is made step by step."""
 
     def __init__(self, scenario: Scenario, method: Method) -> None:
         self._scenario, self._run = scenario, Run(scenario, method)
         self._making = self._run.steps()
-        self._decisions: list[Decision] = []
+        self._known = Knowledge(scenario, self._run)
         self.complete = False
 
     @property
@@ -110,18 +79,16 @@ class Made:
             if next(self._making, None) is None:
                 self.complete = True
                 break
-            decider = self._run.decider
-            if isinstance(decider, SingleRobotDecider):
-                assert decider.decision is not None
-                self._decisions.append(decider.decision)
+            if (len(self.steps) - 1) % self._scenario.steps_per_decision == 0:
+                self._known.note()
 
-    def decision(self, k: int) -> Decision:
-        """Return the decision at step k of the only robot."""
-        return self._decisions[k]
+    def known(self, k: int) -> Knowledge:
+        """Return what the robots knew at their decisions so far."""
+        return self._known
 
 
 class Replayed:
-    """A recorded run, see `Played`. Its decisions are made again from the recorded states, up to the step asked for."""
+    """A recorded run. Its decisions are made again from the recorded states, up to the step asked for."""
 
     complete = True
 
@@ -130,18 +97,18 @@ class Replayed:
         self.steps = found.steps
         self.end = found.end
         self.arrived = found.arrived
-        self._making = None if found.method is None else decisions(found.scenario, found.method, found.steps)
-        self._decisions: list[Decision] = []
+        self._making = decided_again(found.scenario, found.method, found.steps, found.seed) if found.method else None
+        self._count = 0
 
     def advance(self, count: int) -> None:
         """All steps are known."""
 
-    def decision(self, k: int) -> Decision:
-        """Return the decision at step k of the only robot, of a run with a known method."""
+    def known(self, k: int) -> Knowledge:
+        """Return what the robots knew at their decisions in a run with a known method, up to step k or later."""
         assert self._making is not None
-        while len(self._decisions) <= k:
-            self._decisions.append(next(self._making))
-        return self._decisions[k]
+        while self._count <= k:
+            self._known, self._count = next(self._making), self._count + 1
+        return self._known
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -294,8 +261,9 @@ class Session:
         """Begin the run of the present scenario, or its replay."""
         self._scene = Scene(self.scenario, box=(self._box.low, self._box.high))
         self.robot = min(self.robot, len(self.scenario.robots) - 1)
-        self._played: Played = Made(self.scenario, self.method) if self.recorded is None else Replayed(self.recorded)
-        self._targets = Targets(self.scenario)
+        self._played: Made | Replayed = (
+            Made(self.scenario, self.method) if self.recorded is None else Replayed(self.recorded)
+        )
         self._sent = 0
         self.complete = False
 
@@ -360,39 +328,26 @@ class Session:
         seen = self._seen(k)
         if seen is None:
             return []
-        found = [control_message(self._shown(seen), self._fields, answers)]
+        found = [control_message(seen, self._fields, answers)]
         if self.compared is not None:
             other = self._seen_by(self.compared, k)
             found.insert(0, control_message(other, self._fields, 0, slot=1))
         return found
-
-    def _shown(self, seen: Seen) -> Seen:
-        """The decision in the control space that was selected."""
-        if not 0 <= self.response < len(seen.responses):
-            return seen
-        return with_response(seen, self.scenario, seen.responses[self.response])
 
     def _seen(self, k: int) -> Seen | None:
         steps = self._played.steps
         if not steps or (self.recorded is not None and self.recorded.method is None):
             return None
         k = max(0, min(k, len(steps) - 1))
-        if len(self.scenario.robots) > 1:
-            goal = self._targets.goal(steps, k, self.robot)
-            return seen_among(self.scenario, self.method, steps, k, self.robot, goal)
-        return seen_alone(self.scenario, self.method, self._played.decision(k), k, state_at(steps, k, 0))
+        return self._played.known(k).seen(steps, k, self.robot, self.response)
 
     def _seen_by(self, method: Method, k: int) -> Seen:
         """The decision that another method would make in the state of step k."""
         k = max(0, min(k, len(self._played.steps) - 1))
         here = from_step(self.scenario, self._played.steps, k)
-        run = Run(here, method)
-        next(run.steps())
-        if isinstance(run.decider, SingleRobotDecider):
-            assert run.decider.decision is not None
-            return seen_alone(here, method, run.decider.decision, 0, here.robot.state)
-        robot = min(self.robot, len(here.robots) - 1)
-        return seen_among(here, method, run.log.steps, 0, robot, Targets(here).goal(run.log.steps, 0, robot))
+        made = Made(here, method)
+        made.advance(1)
+        return made.known(0).seen(made.steps, 0, min(self.robot, len(here.robots) - 1))
 
     def _look(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         return self.look(_step_of(command), answers)
@@ -445,9 +400,9 @@ class Session:
         seen = self._seen(k)
         if seen is None:
             return []
-        seen = self._seen_by(self.compared, k) if slot and self.compared is not None else self._shown(seen)
+        seen = self._seen_by(self.compared, k) if slot and self.compared is not None else seen
         control = vector(to, "to", self.scenario.dimension)
-        times = seen.blocked.times_to_collision(control)
+        times = seen.times(control)
         first = int(np.argmin(times)) if np.isfinite(times).any() else -1
         inside = bool(seen.admissible.contains(control))
         hits = (

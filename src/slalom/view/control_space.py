@@ -22,7 +22,6 @@ from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Situation, preferred_control
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible
-from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import (
     AccelerateThenBrake,
@@ -465,33 +464,6 @@ class DrawnControls(NamedTuple):
     chosen: Array | None
     label: str
 
-    @classmethod
-    def of(
-        cls,
-        response: Response,
-        state: State,
-        admissible: Admissible,
-        preferred: Array,
-        manoeuvre: Manoeuvre | None,
-        now: float,
-        period: float,
-    ) -> "DrawnControls":
-        """Return the controls of a robot that is committed to a manoeuvre, in the control space of a response.
-
-        A manoeuvre may belong to another response or an earlier time, where its control has no meaning. The chosen
-        control then is the one applied over this period [s].
-        """
-        if manoeuvre is None:
-            return cls(admissible, preferred, None, "")
-        if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):
-            return cls(admissible, preferred, manoeuvre.control, "chosen")
-        applied, quantity = manoeuvre.mean_acceleration(now, period), kind(response).name
-        if quantity == "velocity":
-            return cls(admissible, preferred, state.velocity + period * applied, "next velocity (manoeuvre kept)")
-        if quantity == "acceleration":
-            return cls(admissible, preferred, applied, "applied now (manoeuvre kept)")
-        return cls(admissible, preferred, None, "")
-
 
 def target_of(
     goal: Goal, navigator: Navigator, state: State, window: ObstacleWindow, progress: float | None
@@ -514,7 +486,11 @@ def preferred_of(navigator: Navigator, situation: Situation, max_speed: float) -
 
 
 def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> DrawnControls:
-    """Return the controls of a decision, in the control space of `decision.blocked`."""
+    """Return the controls of a decision, in the control space of `decision.blocked`.
+
+    A manoeuvre may belong to another response or an earlier time, where its control has no meaning. The chosen control
+    then is the one applied over this period.
+    """
     blocked = decision.blocked
     response = blocked.response
     state = blocked.state
@@ -525,4 +501,13 @@ def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> Draw
         target, max_speed = target_of(goal, navigator, state, blocked.obstacles, decision.progress)
         situation = navigator.situation(response, state, target, now)
         preferred = preferred_of(navigator, situation, max_speed)
-    return DrawnControls.of(response, state, admissible, preferred, decision.manoeuvre, now, navigator.period)
+    manoeuvre, quantity = decision.manoeuvre, kind(response).name
+    if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):
+        return DrawnControls(admissible, preferred, manoeuvre.control, "chosen")
+    applied = manoeuvre.mean_acceleration(now, navigator.period)
+    if quantity == "velocity":
+        chosen, label = state.velocity + navigator.period * applied, "next velocity (manoeuvre kept)"
+        return DrawnControls(admissible, preferred, chosen, label)
+    if quantity == "acceleration":
+        return DrawnControls(admissible, preferred, applied, "applied now (manoeuvre kept)")
+    return DrawnControls(admissible, preferred, None, "")
