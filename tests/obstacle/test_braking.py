@@ -37,7 +37,9 @@ def test_its_body_covers_all_places_up_to_the_hardest_braking(seed: int, later: 
         begin, end = bodies.pieces.times[k]
         x = (t - begin) / (end - begin)
         origin, course = bezier(bodies.pieces.points[k], x), bezier(bodies.pieces.turns[k], x)
-        ends = [origin + c[0] * course + c[1] * np.array([-course[1], course[0]]) for c in bodies.corners[:, 3:]]
+        ends = [
+            origin + c[0] * course + c[1] * np.array([-course[1], course[0]]) for c in bodies.corners.corners[:, 3:]
+        ]
         for braking in rng.uniform(0.0, LIMITS.braking, 5):
             elapsed = min(t + later, speed / braking)
             at = place + velocity / speed * (speed - 0.5 * braking * elapsed) * elapsed

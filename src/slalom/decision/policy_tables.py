@@ -1,5 +1,6 @@
 """The tables from which one robot decides: what all its decisions have in common is made once."""
 
+from collections.abc import Sequence
 from ctypes import c_void_p, cast
 from dataclasses import replace
 from math import hypot
@@ -57,7 +58,7 @@ from slalom.kernels.decision.tables import (
 from slalom.model.goal import Goal
 from slalom.model.path import Path
 from slalom.model.path_goal import PathStep
-from slalom.model.response import Response
+from slalom.model.response import AccelerateThenBrake, AccelerateThenStop, Response
 from slalom.model.shape import round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
@@ -90,12 +91,17 @@ class Request(NamedTuple):
         return self.goal if self.step is None else self.step.goal
 
 
-def detours_of(request: Request) -> tuple[float, ...]:
-    """The detours [rad] that a decision considers: those of the robot, by default only where it is held up."""
+def detours_of(request: Request, responses: Sequence[Response]) -> tuple[float, ...]:
+    """The detours [rad] that a decision considers.
+
+    Those of the robot; by default DETOURS where it is held up and has responses that stop.
+    """
     robot, previous = request.robot, request.previous
     last = None if previous is None else previous.approach
     if robot.detours is not None or last is None:
         return robot.detours or ()
+    if not any(isinstance(response, AccelerateThenStop | AccelerateThenBrake) for response in responses):
+        return ()
     patient = HELD_UP_TIME * robot.limits.max_speed / robot.limits.max_acceleration
     return DETOURS if request.now - last.paced >= patient else ()
 
@@ -353,7 +359,7 @@ class PolicyTables:
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own.moving[:] = target_paths([goal], now, now + self.robot.horizon + latest)
         # Only costs of arrival count detours.
-        angles = detours_of(request)
+        angles = detours_of(request, self.responses)
         around = self.reach(state, others, enough)
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(angles) and arrives, around=around)
         if angles and self.robot.detours is None:

@@ -112,9 +112,9 @@ class Settings:
         objective: the quantity to minimise.
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free; among equal ones the
-            first is taken. None: DETOURS for a robot that is held up by what
-            rests or moves ahead of it, see HELD_UP_TIME. Without detours, a robot blocked by
-            a permanent obstacle never arrives.
+            first is taken. None: DETOURS for a robot with responses that stop, such as those of nao and ao, if it is
+            held up by what rests or moves ahead of it, see HELD_UP_TIME. Without detours, a robot blocked by a
+            permanent obstacle never arrives.
         stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
         risk: what avoiding improbable futures of obstacles may cost, see `Obstacle.probability`.
 

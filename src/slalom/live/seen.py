@@ -59,7 +59,8 @@ def has_left(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> b
 def decided_again(scenario: Scenario, method: Method, steps: Sequence[Step], seed: int = 0) -> Iterator["Knowledge"]:
     """Make the decisions of a run again, from the recorded states; yield what is known after each step."""
     decider, rows = (run := Run(scenario, method, seed=seed)).decider, by_name(scenario)[1]
-    states, d, found = decider.states, scenario.dimension, Knowledge(scenario, run)
+    states, d = decider.states, scenario.dimension
+    found = Knowledge(scenario, run)
     for k, step in enumerate(steps):
         if k:
             # A goal may be passed during a step.
