@@ -28,7 +28,7 @@ def test_its_body_covers_all_places_up_to_the_hardest_braking(seed: int, later: 
     """At every time, for every deceleration from 0 to the hardest; the window may begin after the observation."""
     rng = np.random.default_rng(seed)
     tracks, start = followed(rng), 1.0 + later
-    bodies = tracks.followed_by(BEHIND, LIMITS).bodies(Disc(0.3), start, np.array([5.0]), 5.0)
+    bodies = tracks.followed_by(Disc(0.3), BEHIND, LIMITS).bodies(Disc(0.3), start, np.array([5.0]), 5.0)
     place, velocity, _ = tracks.states[0]
     speed = float(np.linalg.norm(velocity))
     assert bodies.radius[0] == pytest.approx(tracks.radii[0] + 0.3)
@@ -55,12 +55,12 @@ def test_its_body_covers_all_places_up_to_the_hardest_braking(seed: int, later: 
 def test_others_than_leaders_keep_to_the_prediction(place: tuple[float, float], velocity: tuple[float, float]) -> None:
     """Of those that come towards the robot, cross its way, follow it or rest no body is larger."""
     tracks = Tracks([place], [velocity], 0.3)
-    assert tracks.followed_by(BEHIND, LIMITS) is tracks
+    assert tracks.followed_by(Disc(0.3), BEHIND, LIMITS) is tracks
 
 
 def test_without_braking_the_prediction_holds() -> None:
     tracks = Tracks([(3.0, 0.0)], [(1.0, 0.0)], 0.3, braking=0.0)
-    assert tracks.followed_by(BEHIND, LIMITS) is tracks
+    assert tracks.followed_by(Disc(0.3), BEHIND, LIMITS) is tracks
     assert Tracks([(3.0, 0.0, 0.0)], [(1.0, 0.0, 0.0)], 0.3).dimension == 3
 
 

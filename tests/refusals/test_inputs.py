@@ -117,7 +117,7 @@ from slalom.sim import (
     read_study,
     simulate,
 )
-from slalom.sim.files.decision_file import _decision, read_decision
+from slalom.sim.files.decision_file import CommitmentSpec, PathSpec, SourceSpec, _decision, read_decision
 from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
@@ -773,6 +773,17 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"position: expected 2 or 3 .*, \.\.\.\] of shape \(7,\)": lambda _: State(range(7), (0,)),
     r"position: expected 2 or 3 .*\(\)": lambda _: State(0.0, 0.0),
     r"position: .* \(1, 2\)": lambda _: State([[0, 0]], (0, 0)),
+    r"braking: expected numbers of 0 m/s\^2 or more, found \[-1": lambda _: Tracks([(1, 0)], [(1, 0)], 0.3, braking=-1),
+    r"braking: expected 0 m/s\^2 in space, found \[1": lambda _: Tracks([(1, 0, 0)], [(1, 0, 0)], 0.3, braking=1),
+    r"^expected one of obstacle, table, tracks; found none": lambda _: SourceSpec.model_construct().build(),
+    r"expected increasing times and 1 pieces, found shapes \(0,\) and \(0,\)": lambda _: PathSpec.model_construct(
+        times=[0.0, 1.0], points=[], error=[]
+    ).build(),
+    r"path: expected dimension 2, found 3": lambda _: CommitmentSpec.model_construct(
+        control=[0.0, 0.0],
+        path=PathSpec(times=[0.0, 1.0], points=[[[0.0] * 3] * 4], error=[0.0]),
+        approach=None,
+    ).build(),
     r"velocity: expected 2 numbers, found \[0, 0, 0\]": lambda _: State((0, 0), (0, 0, 0)),
     r"acceleration: expected 3 numbers, found \[0, 0\]": lambda _: State((0, 0, 0), (0, 0, 0), (0, 0)),
     r"initial_velocity: expected 2": lambda _: ConstantVelocity((0, 0), (0, 0, 0)),

@@ -185,7 +185,7 @@ class Settings:
 
         Obstacles that appear later are included only if the forecast contains them.
         """
-        obstacles = followed(obstacles, state, self.limits)
+        obstacles = followed(obstacles, self.robot, state, self.limits)
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
         window.refuse_worlds()
         if self.horizons is None:

@@ -28,7 +28,7 @@ from slalom.forecast.linear import table_between, table_until
 from slalom.kernels.arrays import EVERY_WORLD, Bodies, Indices, Pieces, zero_records
 from slalom.kernels.decision.tables import AtHorizon, ObstacleAtHorizon
 from slalom.model.limits import Limits
-from slalom.model.shape import Shape, round_shape
+from slalom.model.shape import Shape, is_round, round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.model.uncertainty import Uncertainty
@@ -162,10 +162,11 @@ class Tracks:
             raise InvalidInput(f"braking: expected 0 m/s^2 in space, found {found.tolist()}")
         return found
 
-    def followed_by(self, state: State, limits: Limits) -> "Tracks":
+    def followed_by(self, robot: Shape, state: State, limits: Limits) -> "Tracks":
         """The same tracks, of which those may brake that a robot in `state` follows: see `braking`.
 
-        It follows those that move in its direction, to SAME_DIRECTION, and lie ahead of it by the same measure.
+        It follows those that lie ahead of it and move in its direction, to SAME_DIRECTION. A round robot follows none
+        that it overlaps, since it leaves it.
         """
         if self.dimension == 3 or not len(self) or (self.braking is not None and not self.braking.any()):
             return self
@@ -173,6 +174,8 @@ class Tracks:
         own, ahead = state.velocity, self.states[:, 0] - state.position
         along = SAME_DIRECTION * np.linalg.norm(own) * speeds
         followed = (self.states[:, 1] @ own >= along) & (speeds > REST) & (ahead @ own > 0.0) & bool(own.any())
+        inner = robot.parts[0].radius if is_round(robot) else 0.0
+        followed &= np.linalg.norm(ahead, axis=1) > self.radii + inner
         if not followed.any():
             return self
         hardest = np.full(len(self), limits.braking) if self.braking is None else self.braking

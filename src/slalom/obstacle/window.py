@@ -404,11 +404,11 @@ def each_for_one(obstacles: Obstacles, dimension: int, now: float) -> Sequence[O
     return each
 
 
-def followed(obstacles: Obstacles, state: State, limits: Limits) -> Obstacles:
+def followed(obstacles: Obstacles, robot: Shape, state: State, limits: Limits) -> Obstacles:
     """The obstacles, of which tracks that a robot in `state` follows may brake, see `Tracks.braking`."""
     if not any(isinstance(one, Tracks) for one in listed(obstacles)):
         return obstacles
-    return [one.followed_by(state, limits) if isinstance(one, Tracks) else one for one in listed(obstacles)]
+    return [one.followed_by(robot, state, limits) if isinstance(one, Tracks) else one for one in listed(obstacles)]
 
 
 def in_world(obstacles: Obstacles, world: int) -> list[Obstacle | ObstacleTable | Tracks]:
