@@ -106,11 +106,11 @@ def detours_of(request: Request, responses: Sequence[Response]) -> tuple[float, 
     return DETOURS if request.now - last.paced >= patient else ()
 
 
-def in_the_way(at_horizon: AtHorizon, position: Array, target: Array, around: float) -> AtHorizon:
+def in_the_way(at_horizon: AtHorizon, position: Array, target: Array, around: float, reach: float) -> AtHorizon:
     """The obstacles that hold up a robot at `position` (d,) [m] on its straight way to the target (d,) [m].
 
     Those at rest, and those that move in that direction, if one of them covers a part of the way to `around` [m];
-    otherwise none.
+    otherwise none. Those at rest that cover no straight way from places within `reach` [m] are left out.
     """
     each, d = at_horizon.each, len(position)
     way, moved = target - position, each["moved"][:, :d]
@@ -119,8 +119,9 @@ def in_the_way(at_horizon: AtHorizon, position: Array, target: Array, around: fl
     away = each["position"][:, :d] - each["moved"][:, :d] - position
     along = np.clip(away @ way / length, 0.0, length)
     beside = np.linalg.norm(away - along[:, None] * way / length, axis=1)
+    near = (beside < each["ball"] + around + reach) | (each["moved"] != 0.0).any(axis=1)
     blocks = (beside < each["ball"] + around).any()
-    return at_horizon._replace(each=each if blocks else each[:0])
+    return at_horizon._replace(each=each[near] if blocks else each[:0])
 
 
 def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
@@ -364,7 +365,9 @@ class PolicyTables:
         bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(angles) and arrives, around=around)
         if angles and self.robot.detours is None:
             radius = self.robot.robot.bounding_radius + self.robot.margin
-            blocking = in_the_way(bodies.at_horizon, state.position, target, radius)
+            fastest = max(limits.max_speed, float(np.linalg.norm(state.velocity)))
+            reach = fastest * self.robot.horizon
+            blocking = in_the_way(bodies.at_horizon, state.position, target, radius, reach)
             angles = angles if len(blocking.each) else ()
             bodies = bodies._replace(at_horizon=blocking)
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
