@@ -76,6 +76,7 @@ from .model.response import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,
     AccelerateThenStop as AccelerateThenStop,
+    AccelerateThenTurn as AccelerateThenTurn,
     Acceleration as Acceleration,
     Jerk as Jerk,
     LaggedVelocity as LaggedVelocity,

@@ -188,6 +188,7 @@ def table(points, gains, *, radius=0.3, growth=0.0, corners=None, turn=0.0):
     table = Segments(
         position,
         np.array(gains, dtype=float)[:, None],
+        np.empty((4, 0)),
         np.array([radius]),
         np.array([growth]),
         np.array([1.01 * reach]),

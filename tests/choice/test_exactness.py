@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from definitions import out_of_bound
 from draws import draws
-from oracle import STAMPS, better_control, motion, polynomial_gap
+from oracle import STAMPS, better_control, motion, polynomial_gap, times
 from scenes import SHAPES, scene
 
 import slalom
@@ -118,10 +118,14 @@ def test_admissible_controls_obey_the_limits(chunk):
                 assert excess <= 1e-7, f"over a limit by {excess:g} with {u.tolist()}: {s}"
                 for bound in bounds:
                     assert (values @ bound.normal).max() <= bound.offset + 1e-7, f"out of bounds, {u.tolist()}: {s}"
+            name, parameters = s.problem.response
+            if name == "AccelerateThenTurn":
+                # Bounds in the frame of the body turn along.
+                angle = parameters["rate"] * np.maximum(s.problem.times - parameters["hold"], 0.0)
+                velocity, acceleration = (times(np.exp(-1j * angle), x) for x in (velocity, acceleration))
             for bound in s.limits.bounds:
                 values = velocity if bound.of == "velocity" else acceleration
-                name, parameters = s.problem.response
-                if isinstance(bound, LeastSpeed) and "hold" in parameters:
+                if isinstance(bound, LeastSpeed) and name in ("AccelerateThenStop", "AccelerateThenBrake"):
                     values = values[: max(1, int(len(values) * parameters["hold"] / s.problem.horizon) - 1)]
                 if name == "Jerk" and bound.of == "acceleration":
                     # It begins from what was applied before, which no control changes.

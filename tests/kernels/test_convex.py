@@ -98,12 +98,11 @@ def test_bounds_along_turning_directions_hold_and_close_up(n: int, d: int) -> No
         if width < 3e-3 and least > 0.1:
             gaps.append(least - distance_bound(moving, a, a + width, *best))
         gain, u, other = np.array([0.0, 0.1, 0.4, 1.0]), rng.normal(size=3), rng.normal(size=3)
-        put_separating(moving, gain, u, best[0], separating)
+        put_separating(moving, gain, np.empty((4, 0)), u, best[0], separating)
         course = moving.path.copy()
         course[:, :3] -= gain[:, None] * (other - u)
         moved = moving._replace(path=course)
-        assert (
-            least_along(separating, gain, other) <= min(hull_distance(moved, x, q)[0] for x in (0.0, 0.3, 1.0)) + 1e-12
-        )
+        nearest = min(hull_distance(moved, x, q)[0] for x in (0.0, 0.3, 1.0))
+        assert least_along(separating, gain, np.empty((4, 0)), other) <= nearest + 1e-12
     assert max(gaps) < 1e-4
     assert len(gaps) > 10

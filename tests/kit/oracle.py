@@ -250,6 +250,26 @@ def _brake(t, hold, brake):
     )
 
 
+def _turn(t, hold, rate):
+    # Sines and cosines of the angle by which the velocity has turned since the hold.
+    held, angle = np.minimum(t, hold), rate * np.maximum(t - hold, 0.0)
+    way, heading = (np.sin(angle) + 1j * (1 - np.cos(angle))) / rate, np.cos(angle) + 1j * np.sin(angle)
+    inside, nil = t < hold, 0 * t
+    return (
+        (held + way, nil, held**2 / 2 + hold * way),
+        (heading, nil, held * heading),
+        (np.where(inside, 0.0, 1j * rate * heading), nil, np.where(inside, 1.0, 1j * rate * hold * heading)),
+    )
+
+
+def times(factors, vectors):
+    """Vectors (n, d) or (d,) times factors (n,); complex ones turn them in the plane."""
+    if not np.iscomplexobj(factors):
+        return factors[:, None] * vectors
+    product = factors * (np.asarray(vectors)[..., 0] + 1j * np.asarray(vectors)[..., 1])
+    return np.stack([product.real, product.imag], axis=-1)
+
+
 def _jerk(t):
     one, nil = np.ones_like(t), 0 * t
     return (t, t**2 / 2, t**3 / 6), (one, t, t**2 / 2), (nil, one, t)
@@ -262,6 +282,7 @@ RESPONSES = {
     "AccelerateThenCoast": _coast,
     "AccelerateThenStop": _stop,
     "AccelerateThenBrake": _brake,
+    "AccelerateThenTurn": _turn,
     "Jerk": _jerk,
 }
 
@@ -317,13 +338,13 @@ class Problem:
         """Drift (n, d) and gain (n,) of position, velocity or acceleration (order 0, 1, 2) at elapsed times t."""
         name, parameters = self.response
         of_velocity, of_acceleration, gain = RESPONSES[name](np.asarray(t, dtype=float), **parameters)[order]
-        drift = of_velocity[:, None] * self.velocity + of_acceleration[:, None] * self.acceleration
+        drift = times(of_velocity, self.velocity) + of_acceleration[:, None] * self.acceleration
         return drift + (self.position if order == 0 else 0.0), gain
 
     def robot(self, u, t):
         """Position (n, d) at elapsed times t (n,) under control u (d,)."""
         drift, gain = self.maps(t)
-        return drift + gain[:, None] * u
+        return drift + times(gain, u)
 
     def _absolute(self, i, t):
         """The times by the clock of obstacle i."""
@@ -397,10 +418,21 @@ class Problem:
         return [self.facing(i, self.times) for i in range(len(self.motions))]
 
     @cached_property
+    def scale(self):
+        """How many times larger than the control its image is at `times`, (n,)."""
+        return np.abs(self.relative[1])
+
+    @cached_property
     def centered(self):
-        """Middle of each pair minus drift at `times`, (pairs, n, d): where the robot must not be."""
-        r, _ = self.relative
+        """Middle of each pair minus drift at `times`, (pairs, n, d): where the robot must not be.
+
+        Turned back by the angle by which the gain turns the control.
+        """
+        r, gain = self.relative
         found = [r[pair.obstacle] + pair.middle(self.facings[pair.obstacle]) for pair in self.pairs]
+        if np.iscomplexobj(gain):
+            back = np.conj(np.where(gain == 0, 1.0, gain) / np.where(gain == 0, 1.0, np.abs(gain)))
+            found = [times(back, one) for one in found]
         return np.array(found).reshape(len(found), -1, self.dimension)
 
     @cached_property
@@ -411,7 +443,7 @@ class Problem:
     @cached_property
     def squares(self):
         """Rows a, b, c (pairs, d + 2, n) with |distance from the middle|^2 = a + b . u + c |u|^2 at `times`."""
-        (_, gain), r = self.relative, self.centered
+        gain, r = self.scale, self.centered
         rows = np.empty((len(r), self.dimension + 2, len(gain)))
         rows[:, 0] = (r**2).sum(axis=-1)
         rows[:, 1:-1] = np.moveaxis(-2 * gain[:, None] * r, -1, 1)
@@ -453,12 +485,11 @@ class Problem:
         """Gap of pair p under controls u (n, d) or (d,) at `times[k]`, k (n,)."""
         (r, gain), pair, k = self.relative, self.pairs[p], np.asarray(k)
         facing = self.facings[pair.obstacle]
-        return pair.gap(gain[k][:, None] * u - r[pair.obstacle][k], None if facing is None else facing[k])
+        return pair.gap(times(gain[k], u) - r[pair.obstacle][k], None if facing is None else facing[k])
 
     def sampled_gap(self, u, below=np.inf):
         """Gap of each pair at `times`, (pairs, n); where not `below`, perhaps less, but not below either."""
-        _, gain = self.relative
-        distance = np.sqrt(((self.centered - gain[:, None] * u) ** 2).sum(axis=-1))
+        distance = np.sqrt(((self.centered - self.scale[:, None] * u) ** 2).sum(axis=-1))
         gap = np.where(np.isnan(distance), np.inf, distance - self.bounds[:, None])
         for p, pair in enumerate(self.pairs):
             if not pair.is_round:
@@ -499,7 +530,7 @@ class Problem:
     def longest_step(self, u):
         """The longest relative motion [m] of surfaces between two of `times` under control u, other than jumps."""
         r, gain = self.relative
-        steps = np.sqrt((np.diff(r - gain[:, None] * u, axis=1) ** 2).sum(axis=-1))
+        steps = np.sqrt((np.diff(r - times(gain, u), axis=1) ** 2).sum(axis=-1))
         for i, direction in enumerate(self.facings):
             if direction is not None:
                 reach = max(np.sqrt((corners**2).sum(axis=1)).max() for corners, _ in self.shapes[i])
@@ -520,7 +551,7 @@ class Problem:
 
     def speeds(self, u):
         """Velocity and acceleration of the robot (n, d) at `times` under control u."""
-        return tuple(drift + gain[:, None] * u for drift, gain in (self.maps(self.times, order) for order in (1, 2)))
+        return tuple(drift + times(gain, u) for drift, gain in (self.maps(self.times, order) for order in (1, 2)))
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from slalom import (
     AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
+    AccelerateThenTurn,
     AcceleratingBriefly,
     Acceleration,
     AccelerationSequence,
@@ -84,6 +85,12 @@ RESPONSES: dict[str, Response] = {
     "brake_long": AccelerateThenBrake(hold=2.0, brake=0.6),
     "jerk": Jerk(),
 }
+
+PLANE_RESPONSES: dict[str, Response] = {
+    "turn": AccelerateThenTurn(hold=0.5, rate=0.9),
+    "turn_long": AccelerateThenTurn(hold=2.0, rate=-0.4),
+}
+"""Responses in the plane only, which turn the control: laws of scalar gains do not hold for them."""
 
 
 @dataclass(frozen=True, eq=False)

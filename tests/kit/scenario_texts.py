@@ -11,6 +11,7 @@ horizon: 4.0
 margin: 0.1
 patience: 0.3
 guided: false
+early: true
 sight_range: 9
 field_of_view: 4
 sight_near: 1

@@ -1,6 +1,6 @@
 """Random decisions, each made from one integer: plain numbers for the oracle, and the library's objects from them."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ from slalom import (
     TurningRadius,
 )
 from slalom.decision.methods import HOLDS
-from slalom.model.response import RESPONSES
+from slalom.model.response import RESPONSES, AccelerateThenTurn
 from slalom.model.shape import Capsule, Disc, Polygon, Polyline, Rectangle, Union, round_shape
 from slalom.model.trajectory import TRAJECTORIES
 
@@ -259,6 +259,10 @@ PARAMETERS = {
         "period": float(rng.choice([0.05, 0.1, 0.25])),
     },
     "AccelerateThenBrake": lambda rng: {"hold": float(rng.uniform(0.2, 3.0)), "brake": float(rng.uniform(0.3, 3.0))},
+    "AccelerateThenTurn": lambda rng: {
+        "hold": float(rng.uniform(0.2, 3.0)),
+        "rate": float(rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 1.5)),
+    },
     "Jerk": lambda rng: {},
 }
 """Random parameters of kinds of responses; other kinds have those of their example in `parts`."""
@@ -305,15 +309,21 @@ class Scene:
         )
 
 
-def _response(rng, number, limits):
-    """Method and response: in turn those of the method rows, and every kind with random parameters."""
+def _response(rng, number, limits, d):
+    """Method and response: in turn those of the method rows, and every kind with random parameters.
+
+    In space those that do not turn the control.
+    """
+    served = [kind for kind in RESPONSES if d == 2 or kind is not AccelerateThenTurn]
     name = list(METHODS)[number % len(METHODS)]
     turn = number // len(METHODS)
     if turn % 2:
-        kind = RESPONSES[(turn // 2) % len(RESPONSES)]
+        kind = served[(turn // 2) % len(served)]
         if kind.__name__ in PARAMETERS:
             return name, kind(**PARAMETERS[kind.__name__](rng))
         return name, next(example for example in parts.RESPONSES.values() if type(example) is kind)
+    if METHODS[name].shared:
+        limits = replace(limits, bounds=tuple(b for b in limits.bounds if not isinstance(b, LeastSpeed)))
     rows = METHODS[name].responses(limits, float(rng.choice([0.05, 0.1, 0.2])), HOLDS)
     return name, rows[(turn // 2) % len(rows)]
 
@@ -392,7 +402,7 @@ def scene(seed, d):
             scale = rng.uniform(0.5, 2.0)
             bounds[what] = (HalfSpace(normal * scale, offset * scale),)
     limits = Limits(max_speed, max_acceleration, **bounds, bounds=_bounds(seed, d, max_acceleration))
-    method, response = _response(rng, seed, limits)
+    method, response = _response(rng, seed, limits, d)
     admissible = _admissible(response, state, limits, horizon)
     forecast = METHODS[method].forecast
     smallest = int(np.argmin(admissible.radii))
@@ -416,7 +426,7 @@ def scene(seed, d):
         motions=[],
     )
     # Sizes follow how far the controls reach, or else one obstacle would block every control of a weak robot.
-    size = float(np.clip(plain.maps([horizon])[1][0] * reach, 0.5, 8.0))
+    size = float(np.clip(abs(plain.maps([horizon])[1][0]) * reach, 0.5, 8.0))
     robot, is_round = round_shape(float(size * rng.uniform(0.01, 0.06)), d), True
     all_round = rng.random() >= SHAPED
     if not all_round:

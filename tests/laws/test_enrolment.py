@@ -69,7 +69,8 @@ def test_every_shape_is_enrolled() -> None:
 
 
 def test_every_response_is_enrolled() -> None:
-    refuse_missing(RESPONSES, parts.RESPONSES.values(), "tests/kit/parts.py RESPONSES", '"name": {name}(...)')
+    examples = (parts.RESPONSES | parts.PLANE_RESPONSES).values()
+    refuse_missing(RESPONSES, examples, "tests/kit/parts.py RESPONSES", '"name": {name}(...)')
 
 
 def test_every_bound_is_enrolled() -> None:

@@ -31,6 +31,7 @@ import slalom
 from slalom import (
     METHODS,
     AccelerateThenStop,
+    AccelerateThenTurn,
     Acceleration,
     AccelerationSequence,
     Admissible,
@@ -959,6 +960,28 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"found none": lambda _: preferred_control((Aim(Acceleration().position(FLAT, 0.0), np.zeros(2)),)),
     r"sum of the weights of parts: expected a number above 0": lambda _: Mix(((0, Arrive()),)),
     r"^sum of the weights of parts: expected a number above 0": lambda _: Mix(()),
+    r"rate: expected a number other than 0; to keep the velocity use AccelerateThenCoast": lambda _: AccelerateThenTurn(
+        1.0, 0.0
+    ),
+    r"response: expected a robot in the plane, found one of dimension 3": lambda _: AccelerateThenTurn(
+        1.0, 0.5
+    ).position(State((0, 0, 0), (1, 0, 0)), 1.0),
+    r"response: expected one that does not turn the control, found AccelerateThenTurn": lambda _: Navigator(
+        replace(METHODS["nao"], responses=lambda limits, period, holds: (AccelerateThenTurn(1.0, 0.5),)), DISC, LIMITS
+    ).decide(FLAT, [], GOAL),
+    r"limits: expected a robot that may stop, as its manoeuvres end at rest, found LeastSpeed": lambda _: slalom.Fleet(
+        METHODS["nao_shared"], DISC, Limits(4.0, 2.0, bounds=(LeastSpeed(1.0),)), robots=2
+    ),
+    r"limits: expected a robot that may stop, for passive safety, found LeastSpeed": lambda _: (
+        METHODS["nao"].stopping().responses(Limits(4.0, 2.0, bounds=(LeastSpeed(1.0),)), 0.1, (0.5,))
+    ),
+    r"boundary: expected a disc as the robot, as obstacles turn and the response does": lambda _: control_obstacle(
+        AccelerateThenTurn(1.0, 0.5),
+        State((0, 0), (1, 0)),
+        [Obstacle(Rectangle(2, 1), ConstantVelocity((9, 0), (-1, 1)), heading="motion")],
+        Rectangle(1, 0.5),
+        horizon=5.0,
+    ).boundary((0, 0), 2.0),
     r"holds: expected at least one, found none": lambda _: navigator(holds=()),
     r"goal: expected dimension 2 as of the state, found 3": lambda _: decide(goal=Goal(Stationary((0, 0, 0)))),
     # Scenarios and files.

@@ -756,7 +756,7 @@ def test_wrong_arguments_are_taken_or_refused_by_name(
 
 
 PARTS = (
-    *parts.RESPONSES.values(),
+    *(parts.RESPONSES | parts.PLANE_RESPONSES).values(),
     *(
         make(2)
         for kinds in (parts.TRAJECTORIES, parts.MANOEUVRES, parts.OBJECTIVES, parts.LIMITS)

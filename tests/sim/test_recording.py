@@ -181,7 +181,7 @@ def test_parts_of_every_kind_come_back_from_json(d: int) -> None:
         *((bound, BOUND_KINDS) for make in BOUNDS.values() for bound in make(d)),
         *((part, UNCERTAINTIES) for part in parts.UNCERTAINTIES.values()),
         *((make(d), OBJECTIVES) for make in parts.OBJECTIVES.values()),
-        *((part, RESPONSE_KINDS) for part in parts.RESPONSES.values()),
+        *((part, RESPONSE_KINDS) for part in (parts.RESPONSES | parts.PLANE_RESPONSES).values()),
     ]
     found = 0
     for part, kinds in each:

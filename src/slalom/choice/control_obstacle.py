@@ -13,11 +13,11 @@ from slalom import kernels
 from slalom.base.checks import Array, each_number, not_negative, number, positive, refuse_kinds, vector, vectors
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import OVERLAP, REST_ROUNDING
-from slalom.choice.envelope import RelativeMotion, grazing_curves
+from slalom.choice.envelope import RelativeMotion, grazing_curves, in_frame_of_gain
 from slalom.choice.outline import boundary
 from slalom.kernels.arrays import Bodies, Corners, Hulls, MaybeHulls, PositionMap, Segments
 from slalom.model.response import Response
-from slalom.model.response.protocol import piece_norm, response_pieces, rest_time
+from slalom.model.response.protocol import parts_of_gain, piece_norm, response_pieces, rest_time
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
@@ -191,8 +191,8 @@ class ControlObstacle:
     def segments(self) -> RelativeMotion:
         """The relative motion from which everything else is computed."""
         bodies = self._bodies
-        pieces = response_pieces(self.response, self.state, self.horizon, self.largest_control)
-        motion = PositionMap(*pieces, straight=len(pieces[2]))  # the times of all pieces are needed
+        knots, drift, gain = response_pieces(self.response, self.state, self.horizon, self.largest_control)
+        motion = PositionMap(knots, drift, *parts_of_gain(gain), straight=len(gain))  # the times of all are needed
         error = self.response.interpolation_error
         cut, bounding_radius, owner, hull = kernels.segments_of(bodies, self._radii, motion, self.horizon, error)
         if not bodies.at_rest.all():
@@ -203,7 +203,7 @@ class ControlObstacle:
             bounding_radius[over] = -np.inf
         turns = cut.turns if bodies.turning else _ahead(len(owner))
         turns = np.ascontiguousarray(turns) if bodies.corners else turns
-        table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
+        table = Segments(cut.points, cut.gains, cut.cross, cut.radius, cut.growth, bounding_radius)
         hulls = Hulls(hull, turns, *(bodies.corners or NO_CORNERS))
         return RelativeMotion(cut.begin, cut.end, owner, table, hulls)
 
@@ -273,7 +273,7 @@ class ControlObstacle:
                 for own in self.robot.parts:
                     places = (part.corners[:, None] - own.corners[None]).reshape(-1, self.dimension)
                     corners.append(image.inverse(places if len(places) < 3 else hull_corners(places)))
-                    radii.append((part.radius + own.radius + margin[index] + more) / float(image.gain))
+                    radii.append((part.radius + own.radius + margin[index] + more) / float(abs(image.gain)))
                     owners.append(index)
         return Element(tuple(corners), np.array(radii), np.array(owners, dtype=np.int64))
 
@@ -314,7 +314,7 @@ class ControlObstacle:
         if self.dimension != 2:
             raise InvalidInput("boundary: expected a control obstacle in the plane, found one in space")
         middle, size = vector(center, "center", 2), positive(radius, "radius")
-        return middle, size, self.for_controls(float(np.linalg.norm(middle)) + size).segments
+        return middle, size, in_frame_of_gain(self.for_controls(float(np.linalg.norm(middle)) + size).segments)
 
 
 def control_obstacle(

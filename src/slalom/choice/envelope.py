@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from slalom import kernels
 from slalom.base.checks import Array
+from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import BALL_ROUNDING, CONTACT, DEPTH, DIVISOR_FLOOR, JUMP, STILL
 from slalom.kernels.arrays import Flags, Hulls, Indices, Segments
 
@@ -50,6 +51,53 @@ class RelativeMotion(NamedTuple):
     owner: Indices  # (s,) index of the obstacle
     table: Segments
     hulls: Hulls  # of all rows, with directions
+
+
+def in_frame_of_gain(motion: RelativeMotion) -> RelativeMotion:
+    """The same motion seen from a frame that turns with the gain, where the gain is a number: for boundaries only.
+
+    An element is {u: |p - G u| < r} = {u: |p |G| / G - |G| u| < r}. Both factors and the directions of hulls are cubic
+    again, through their values and rates at the ends of each segment. The largest error is about the distance of a body
+    times the fourth power of the angle of a segment, over 384.
+
+    Raises:
+        InvalidInput: bodies with a part that turns with an obstacle and a part that does not.
+    """
+    table, hulls = motion.table, motion.hulls
+    if table.cross.shape[1] == 0:
+        return motion
+    gain = table.gains + 1j * table.cross
+    ends = gain[[0, 3]]
+    acts = np.abs(ends) > 0.0
+    relative_rate = np.where(acts, 3.0 * (gain[[1, 3]] - gain[[0, 2]]) / np.where(acts, ends, 1.0), 0.0)
+    back = np.where(acts, np.conj(ends) / np.where(acts, np.abs(ends), 1.0), 1.0)
+
+    def turned(x: Array, y: Array) -> npt.NDArray[np.complex128]:
+        plane = x + 1j * y
+        rate = 3.0 * (plane[[1, 3]] - plane[[0, 2]]) - 1j * relative_rate.imag * plane[[0, 3]]
+        return _through(back * plane[[0, 3]], back * rate)
+
+    scale = np.abs(ends)
+    grows = np.where(acts, relative_rate.real * scale, np.abs(3.0 * (gain[[1, 3]] - gain[[0, 2]])))
+    place, direction = turned(table.points[:, 0], table.points[:, 1]), turned(hulls.turns[:, 0], hulls.turns[:, 1])
+    corners, fixed = hulls.corners.copy(), hulls.corners[:, :2]
+    turning = hulls.hull[(hulls.hull >= 0) & ((hulls.turns[:, 0] != 1.0) | (hulls.turns[:, 1] != 0.0)).any(axis=0)]
+    if any(fixed[hulls.first[h] : hulls.first[h + 1]].any() for h in np.unique(turning)):
+        raise InvalidInput(
+            "boundary: expected a disc as the robot, as obstacles turn and the response does, found another"
+        )
+    # In this frame what does not turn in the world turns too.
+    corners[:, 3:5] += fixed
+    corners[:, :2] = 0.0
+    points = np.stack([place.real, place.imag, np.zeros_like(place.real)], axis=1)
+    frame = table._replace(points=points, gains=_through(scale, grows), cross=np.empty((4, 0)))
+    turns = np.ascontiguousarray(np.stack([direction.real, direction.imag], axis=1))
+    return motion._replace(table=frame, hulls=hulls._replace(turns=turns, corners=corners))
+
+
+def _through(values: npt.NDArray[Any], rates: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Control points (4, n) of cubics with values (2, n) and rates (2, n) at 0 and 1."""
+    return np.stack([values[0], values[0] + rates[0] / 3.0, values[1] - rates[1] / 3.0, values[1]])
 
 
 # ---------------------------------------------------------------------------------------------------------------------

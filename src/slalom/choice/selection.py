@@ -30,7 +30,7 @@ from slalom.choice.control_obstacle import ControlObstacle
 from slalom.kernels.arrays import Indices, MaybeHulls, Scene, States
 from slalom.model.limits import Admissible, Limits
 from slalom.model.response import Response
-from slalom.model.response.protocol import piece_norm, response_pieces
+from slalom.model.response.protocol import parts_of_gain, piece_norm, response_pieces
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle.window import ObstacleWindow
@@ -268,7 +268,7 @@ def _alike(
         for row, rows in zip(table, group.limits):
             row[: len(rows)] = rows
         positions = np.array([states[k].position for k in group.rows])
-        alike = States(table, counts, positions, group.knots, np.array(group.drifts), group.gain)
+        alike = States(table, counts, positions, group.knots, np.array(group.drifts), *parts_of_gain(group.gain))
         yield np.array(group.rows), alike, scene, bodies.hulls
 
 

@@ -75,6 +75,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "replan": "[s] between decisions, a multiple of dt; 0: dt",
         **meanings_of(SharedSettings),
         "guided": "whether several robots in the plane go around obstacles at rest and past each other; see `Fleet`",
+        "early": "whether robots avoid a collision as soon as the horizon shows it, not when they could hardly stop",
         "sight_range": "[m] range of the sensors; 0: not limited",
         "field_of_view": "[rad] full angle about the direction of motion; 0: a full turn",
         "sight_near": "[m] radius that is sensed in all directions",

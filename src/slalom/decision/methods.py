@@ -17,11 +17,13 @@ from slalom.forecast.forecast import (
     Known,
     foresight_of,
 )
+from slalom.model.goal import least_speed
 from slalom.model.limits import Limits
 from slalom.model.response import (
     AccelerateThenBrake,
     AccelerateThenCoast,
     AccelerateThenStop,
+    AccelerateThenTurn,
     LaggedVelocity,
     Response,
     Velocity,
@@ -56,6 +58,8 @@ class Method:
             contact with an obstacle at rest.
         shared: robots receive the committed manoeuvres of the others, and decide one after the other.
         looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
+        turning: the responses of a single robot with the bound LeastSpeed that end in a turn, see `Navigator`; None:
+            none.
     """
 
     name: str
@@ -71,6 +75,7 @@ class Method:
     stops_at_obstacles: bool = False
     shared: bool = False
     looks_ahead: bool = False
+    turning: Responses | None = None
 
     def __repr__(self) -> str:
         return f"<Method {self.name}>"
@@ -129,9 +134,12 @@ def _whole_periods(holds: tuple[float, ...], period: float) -> list[float]:
 
 
 def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+    """Holds followed by constant velocity and, for a robot that may stop, by braking to rest."""
     rounded_holds = _whole_periods(holds, period)
-    rate = min(limits.braking / limits.max_speed, 0.5 / period)
     coasting = [AccelerateThenCoast(hold) for hold in rounded_holds]
+    if least_speed(limits) is not None:
+        return tuple(coasting)
+    rate = min(limits.braking / limits.max_speed, 0.5 / period)
     stopping = [AccelerateThenStop(hold, rate, period) for hold in rounded_holds]
     return (*coasting, *stopping)
 
@@ -139,20 +147,41 @@ def _acceleration(limits: Limits, period: float, holds: tuple[float, ...]) -> tu
 def _braking(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
     """As `_acceleration`, but stops have an end and few pieces, because there are many robots to test against."""
     coasting = [r for r in _acceleration(limits, period, holds) if isinstance(r, AccelerateThenCoast)]
+    if least_speed(limits) is not None:
+        return tuple(coasting)
     return (*coasting, *_ending_at_rest(limits, period, holds)[:-1])
 
 
 def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
     """Holds followed by braking over a whole number of periods, enough from max_speed.
 
-    One further response brakes twice as long, for higher speeds.
+    One further response brakes twice as long, for higher speeds. Raises InvalidInput for a robot that must not stop.
     """
+    if (bound := least_speed(limits)) is not None:
+        raise InvalidInput(f"limits: expected a robot that may stop, as its manoeuvres end at rest, found {bound!r}")
     brake = math.ceil(limits.max_speed / limits.braking / period - 1e-9) * period
     rounded_holds = _whole_periods(holds, period)
     return (
         *(AccelerateThenBrake(hold, brake) for hold in rounded_holds),
         AccelerateThenBrake(rounded_holds[0], 2.0 * brake),
     )
+
+
+TURN_SHARES: Final = (1.0, 0.5)
+"""[1] Shares of the largest admissible rate at which turns without end are considered: a tight and a wide circle.
+
+More: more choices where no constant velocity is free. Fewer: less room in which a robot can go on.
+"""
+
+
+def _turning(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
+    """Holds followed by a turn without end, for a robot that must not stop: shorter holds first, and right turns."""
+    bound = least_speed(limits)
+    rate = 0.0 if bound is None else limits.turn_rate(min(bound.least, limits.max_speed))
+    if rate == 0.0:
+        return ()
+    sides = [sign * share * rate for share in TURN_SHARES for sign in (-1.0, 1.0)]
+    return tuple(AccelerateThenTurn(hold, side) for hold in _whole_periods(holds, period) for side in sides)
 
 
 @dataclass(frozen=True)
@@ -164,6 +193,9 @@ class _Stopping:
     def __call__(self, limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
         given = self.of(limits, period, holds)
         braking = [response for response in given if isinstance(response, AccelerateThenBrake)]
+        if not braking:
+            found = f"{least_speed(limits)!r}"
+            raise InvalidInput(f"limits: expected a robot that may stop, for passive safety, found {found}")
         hold, steps = min(one.hold for one in braking), round(min(one.brake for one in braking) / period)
         shorter = []
         while steps > 1:
@@ -210,6 +242,7 @@ _ROWS: Final = (
         "Stern and Shiller, arXiv:2504.13637 and arXiv:2506.06255, 2025",
         robot_forecast=AcceleratingBriefly(0.1),
         responses_among=_braking,
+        turning=_turning,
     ),
     Method(
         "nao",
@@ -223,6 +256,7 @@ _ROWS: Final = (
         regain=1.0,
         agrees=True,
         stops_at_obstacles=True,
+        turning=_turning,
     ),
     Method(
         "nao_ahead",

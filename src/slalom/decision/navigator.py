@@ -32,12 +32,13 @@ from slalom.base.checks import GOAL, OBJECTIVE, Array, has, not_negative
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, PATH_BRAKING, REST
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision.decision import Decision, Outcome, completed, state_to_decide_from
+from slalom.choice.selection import select
+from slalom.decision.decision import Decision, Outcome, completed, made, state_to_decide_from
 from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
 from slalom.decision.futures import least_given_up, levels, time_of
 from slalom.decision.inputs import DecisionInputs
 from slalom.decision.methods import refuse_alone
-from slalom.decision.objective import FollowVelocity, Objective, Situation, needs_goal
+from slalom.decision.objective import FollowVelocity, Objective, Situation, needs_goal, preferred_control
 from slalom.decision.policy_tables import PolicyTables, Request, observed_robots
 from slalom.decision.settings import Settings
 from slalom.decision.tables import committed_path
@@ -121,6 +122,9 @@ class Navigator(Settings):
     continues the committed manoeuvre, which remains safe as long as the forecasts hold. If they did not hold,
     requirements are dropped in this order: the margin, the latest collision, the least impact speed. See
     docs/design/0005 and 0011.
+
+    A robot with the bound LeastSpeed has no responses that end at rest. Where no constant velocity is free, in the
+    plane, it begins a turn that is free up to the horizon, see `Method.turning`.
 
     Attributes:
         See `Settings`: method, robot, limits, period, horizon and others.
@@ -222,10 +226,13 @@ class Navigator(Settings):
         now = request.now
         window = window if given_up is None else window.without(given_up)
         found = self._decide(window, request)
-        if found is None and others is not None:
+        turns = bool(self._turning) and (found is None or not found.safe)
+        if others is not None and (found is None or turns):
             window = self.predict([*request.around, others], state, now)
             if given_up is not None:
                 window = window.without(np.append(given_up, np.zeros(len(others), np.bool_)))
+        if turns:
+            found = self._turn(window, request) or found
         if window.is_passive and (found is None or not found.safe):
             found = self._stopping(window, request)
         return found or self._fall_back(window, state, request.goal, now)
@@ -239,7 +246,10 @@ class Navigator(Settings):
         previous = request.previous
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
-            path = previous.path or previous.manoeuvre.path(previous.manoeuvre.start, now + 2.0 * self.horizon)
+            path, end = previous.path, now + 2.0 * self.horizon
+            if path is None or (path.times[-1] < now + self.horizon and self._turning):
+                # A turn goes on without end; the kernels continue only what ends with a constant velocity.
+                path = previous.manoeuvre.path(previous.manoeuvre.start, end)
         until = np.inf if previous is None else previous.manoeuvre.settled_time(self.period, self.horizon)
         table = policy.robots(others, path, until, now)
         robots, own = table
@@ -274,6 +284,32 @@ class Navigator(Settings):
             path=path,
             work=work,
         )
+
+    @cached_property
+    def _turning(self) -> tuple[Response, ...]:
+        """The responses that end in a turn, of a robot in the plane that must not stop."""
+        turning = self.method.turning if self.robot.dimension == 2 else None
+        return () if turning is None else turning(self.limits, self.period, self.holds)
+
+    def _turn(self, obstacles: ObstacleWindow, request: Request) -> Decision | None:
+        """Decision for the turn without end whose control is nearest to the preferred one; None if none is free.
+
+        With the whole margin or, where no turn keeps it, without any. Among equal ones the first response is taken.
+        """
+        best: Decision | None = None
+        state, least = request.state, np.inf
+        situations = [self.situation(each, state, request.target, request.now) for each in self._turning]
+        preferred = [preferred_control(request.robot.objective.aims(s)) for s in situations]
+        for outcome, margin in ((Outcome.CONSTRAINED, self.margin), (Outcome.SQUEEZED, 0.0)):
+            for s, control in zip(situations, preferred):
+                blocked = self.control_obstacle(s.response, obstacles, state, margin)
+                choice = select(control, s.admissible, blocked)
+                if choice.control is not None and choice.distance < least:
+                    manoeuvre = Manoeuvre(s.response, state, choice.control, request.now)
+                    best, least = Decision(manoeuvre, outcome, control, made(blocked)), choice.distance
+            if best is not None or margin == 0.0:
+                break
+        return best
 
     def _stopping(self, obstacles: ObstacleWindow, request: Request) -> Decision:
         """Decision where nothing is safe, of a robot with passive safety: to be at rest before any contact."""

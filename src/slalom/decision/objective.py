@@ -26,7 +26,7 @@ from slalom.base.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, REST
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
 from slalom.model.response import Response
-from slalom.model.state import Affine, State
+from slalom.model.state import Affine, State, scaled
 from slalom.model.trajectory import Stationary, Trajectory
 
 AIM_ROUNDS: Final = 12
@@ -68,9 +68,8 @@ def preferred_control(aims: tuple[Aim, ...]) -> Array:
     """
     total, weighted = 0.0, np.zeros(1)
     for aim in aims:
-        gain = float(aim.map.gain)
-        total += aim.weight * gain**2
-        weighted = weighted + aim.weight * gain * (aim.target - aim.map.drift)
+        total += aim.weight * float(abs(aim.map.gain)) ** 2
+        weighted = weighted + scaled(aim.weight * np.conj(aim.map.gain), aim.target - aim.map.drift)
     if not total > 0.0:
         raise InvalidInput("aims: expected one with weight and gain above 0, found none")
     return np.asarray(weighted / total)
@@ -319,7 +318,7 @@ class Mix:
         mixed = []
         for weight, part in self.parts:
             aims = part.aims(situation)
-            curvature = sum(aim.weight * float(aim.map.gain) ** 2 for aim in aims)
+            curvature = sum(aim.weight * float(abs(aim.map.gain)) ** 2 for aim in aims)
             mixed += [aim._replace(weight=aim.weight * weight / curvature) for aim in aims]
         return tuple(mixed)
 

@@ -17,6 +17,7 @@ from slalom.base.checks import (
     Positive,
     check_fields,
     duration,
+    flag,
     has,
     listing,
     not_negative,
@@ -63,6 +64,7 @@ def checked_detours(detours: Sequence[float] | None, name: str) -> tuple[float, 
 Duration: TypeAlias = Annotated[float, duration]
 Holds: TypeAlias = Annotated[tuple[float, ...], checked_holds]
 Detours: TypeAlias = Annotated[tuple[float, ...] | None, checked_detours]
+Flag: TypeAlias = Annotated[bool, flag]
 
 DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 60.0))
 """[rad] Directions of detours, from the direction to the target; first to the right.
@@ -115,6 +117,9 @@ class Settings:
             first is taken. None: DETOURS for a robot with responses that stop, such as those of nao and ao, if it is
             held up by what rests or moves ahead of it, see HELD_UP_TIME. Without detours, a robot blocked by a
             permanent obstacle never arrives.
+        early: whether responses that brake to rest count only where no velocity can be kept. The robot then avoids a
+            collision as soon as the horizon shows it, and not when it could hardly stop any more: for robots that
+            brake badly, such as ships. With the bound LeastSpeed no response ends at rest.
         stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
         risk: what avoiding improbable futures of obstacles may cost, see `Obstacle.probability`.
 
@@ -133,6 +138,7 @@ class Settings:
     objective: Objective = field(default_factory=Arrive)
     horizons: Horizon | None = None
     detours: Detours = None
+    early: Flag = False
     stuck_after: Positive = 10.0
     risk: Risk = field(default_factory=Risk)
 
@@ -176,6 +182,7 @@ class Settings:
             stops_at_obstacles=method.stops_at_obstacles and among,
             shared=False,
             detours=np.array(self.detours or (), dtype=np.float64),
+            early=self.early,
             held_up=False,
             budget=np.inf,
         )
@@ -254,4 +261,5 @@ class FleetSettings(TypedDict, total=False):
     holds: tuple[float, ...]
     patience: float
     detours: tuple[float, ...]
+    early: bool
     stuck_after: float

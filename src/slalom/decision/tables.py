@@ -318,6 +318,8 @@ def response_table(
         each["error"][r], each["settled"][r] = response.interpolation_error, response.settled(horizon)
         each["rest"][r], each["settled_velocity"][r] = rest_from(knots[r], points[r]), settled_velocity[r]
         each["straight"][r] = straight_from(points[r])
+        speeds = _shares(response, np.array([response.settled(span), span]), dimension)[1, :, 0]
+        each["brakes"][r] = not response.restartable and speeds[1] < speeds[0]
         each["initial_acceleration"][r] = _initial_acceleration(response, dimension)
         each["window_gains"][r] = _shares(response, windows, dimension)[0]
         each["window_bends"][r] = _bends(response, windows, dimension)
@@ -368,6 +370,8 @@ def _shares(response: Response, times: Array, dimension: int) -> Array:
     """
     probe = State(np.full(dimension, 0.3), np.linspace(1.1, -0.4, dimension), np.linspace(-0.5, 0.9, dimension))
     shares = np.empty((2, len(times), 3))
+    if np.iscomplexobj(response.velocity(probe, 0.0).gain):
+        raise InvalidInput(f"response: expected one that does not turn the control, found {response!r}")
     for k, of in enumerate((response.position, response.velocity)):
         with_velocity, with_acceleration = (of(state, times) for state in _units(dimension))
         shares[k, :, 0], shares[k, :, 1] = with_velocity.drift[:, 0], with_acceleration.drift[:, 0]

@@ -24,7 +24,7 @@ from slalom.base.checks import (
     vectors,
 )
 from slalom.base.tolerances import ADMISSIBLE
-from slalom.model.bounds import Bound, HalfSpaces
+from slalom.model.bounds import Bound, HalfSpaces, ball_sides
 from slalom.model.state import Affine, State
 
 
@@ -177,6 +177,35 @@ class Limits:
         """The deceleration [m/s^2] that the robot can reach at any speed and heading, by its `bounds`."""
         return min([self.max_acceleration, *(bound.braking for bound in self.bounds)])
 
+    @cached_property
+    def _fixed(self) -> tuple[bool, ...]:
+        """Whether the half-spaces of each of `bounds` in the plane have sides that do not turn with the robot."""
+        ahead, left = (State(np.zeros(2), axis) for axis in np.eye(2))
+        pairs = [(bound.half_spaces(ahead)[0], bound.half_spaces(left)[0]) for bound in self.bounds]
+        return tuple(len(a) > 0 and a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)
+
+    def turn_rate(self, least: float) -> float:
+        """Largest rate [rad/s] at which a robot may turn, in the plane, without end at every speed from `least` [m/s].
+
+        The lateral acceleration rate * v is within all limits at each speed v up to `max_speed` and at each heading: as
+        `bounds` in the frame of the body turn along, their sides count at one heading. 0 if a half-space of the
+        velocity forbids a heading. Exact for bounds whose lateral acceleration grows with at most the square of the
+        speed, as those of slalom: the rate is then least at one end of the speeds.
+        """
+        if any(bound.offset < self.max_speed for bound in self.velocity_bounds):
+            return 0.0
+        within = min([self.max_acceleration, *(bound.offset for bound in self.acceleration_bounds)])
+        rates = []
+        for speed in (least, self.max_speed):
+            lateral, state = within, State(np.zeros(2), (speed, 0.0))
+            for bound, fixed in zip(self.bounds, self._fixed):
+                if bound.of == "acceleration":
+                    normals, offsets = bound.half_spaces(state)
+                    sides = np.ones(len(normals)) if fixed else np.abs(normals[:, 1])
+                    lateral = min(lateral, float((offsets[sides > 0.0] / sides[sides > 0.0]).min(initial=np.inf)))
+            rates.append(lateral / speed)
+        return max(min(rates), 0.0)
+
     def allows(self, state: State, acceleration: Array, period: float) -> bool:
         """Whether a robot in `state` may hold an acceleration (d,) [m/s^2] for `period` [s] by all `bounds`.
 
@@ -193,7 +222,8 @@ class Limits:
         """The controls that keep a robot in `state` within the limits up to `horizon` [s].
 
         A robot above its speed limit cannot obey it at once: `kernels.allowed_speed` bounds its speed at
-        the time at which the control has settled.
+        the time at which the control has settled. Of a response that turns the velocity without end, half-spaces of
+        the world are obeyed at every heading. Those of the body are obeyed as they turn along.
 
         Raises:
             InvalidInput: something else than a response or a state, a horizon that is not above 0.
@@ -210,25 +240,30 @@ class Limits:
         normals = []
         offsets = []
         for peak in speed_peaks:
-            centers.append((0.0 - peak.drift) / peak.gain)
-            radii.append(fastest / float(peak.gain))
+            centers.append(peak.inverse(np.zeros(state.dimension)))
+            radii.append(fastest / float(abs(peak.gain)))
         for peak in acceleration_peaks:
             if peak.gain:
-                centers.append((0.0 - peak.drift) / peak.gain)
-                radii.append(self.max_acceleration / abs(float(peak.gain)))
+                centers.append(peak.inverse(np.zeros(state.dimension)))
+                radii.append(self.max_acceleration / float(abs(peak.gain)))
+        turns = getattr(response, "turns", False)
         for bounds, peaks in ((self.velocity_bounds, speed_peaks), (self.acceleration_bounds, acceleration_peaks)):
             for bound in bounds:
                 vector(bound.normal, "normal of a bound", state.dimension)
                 for peak in peaks:
-                    gain = float(peak.gain)
-                    if gain:
-                        normals.append(bound.normal * np.sign(gain))
-                        offsets.append((bound.offset - float(bound.normal @ peak.drift)) / abs(gain))
+                    if turns:
+                        centers.append(peak.inverse(np.zeros(state.dimension)))
+                        radii.append(max(bound.offset, 0.0) / float(abs(peak.gain)))
+                    elif peak.gain:
+                        normals.append(peak.pulled(bound.normal))
+                        offsets.append((bound.offset - float(bound.normal @ peak.drift)) / float(abs(peak.gain)))
         d = state.dimension
         middles, sizes = np.array(centers).reshape(-1, d), np.array(radii)
         flats = [(np.array(normals).reshape(-1, d), np.array(offsets))] if normals else [_NONE[d]]
-        for turning in self.bounds:
+        for turning, fixed in zip(self.bounds, self._fixed if turns else (False,) * len(self.bounds)):
             half_spaces, smallest = turning.half_spaces(state), int(np.argmin(sizes))
+            if fixed:
+                half_spaces = ball_sides(float(half_spaces[1].min()), state.dimension)
             for peak in speed_peaks if turning.of == "velocity" else acceleration_peaks:
                 if peak.gain:
                     flats.append(_inverse(half_spaces, peak, middles[smallest], sizes[smallest]))
@@ -249,7 +284,6 @@ _NONE = {d: (np.empty((0, d)), np.empty(0)) for d in (2, 3)}
 def _inverse(half_spaces: HalfSpaces, peak: Affine, center: Array, radius: float) -> HalfSpaces:
     """The controls whose image under `peak` is in the half-spaces, without those that hold all of a ball."""
     normals, offsets = half_spaces
-    gain = float(peak.gain)
-    turned, moved = normals * np.sign(gain), (offsets - normals @ peak.drift) / abs(gain)
+    turned, moved = peak.pulled(normals), (offsets - normals @ peak.drift) / float(abs(peak.gain))
     cuts = turned @ center + radius > moved
     return turned[cuts], moved[cuts]

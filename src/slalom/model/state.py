@@ -50,15 +50,28 @@ class State:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Maps of the control that are affine with a scalar gain.
+# Maps of the control that are affine with a gain: a number, or in the plane a turn and a scale.
+
+
+def scaled(gain: npt.ArrayLike, vectors: Array) -> Array:
+    """Vectors (..., d) times the gain (...), broadcast.
+
+    A complex gain g + i k, in the plane only, scales by its modulus and turns by its argument: (g x - k y, g y + k x).
+    """
+    factor = np.asarray(gain)
+    if not np.iscomplexobj(factor):
+        return np.asarray(factor[..., None] * vectors)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([factor.real * x - factor.imag * y, factor.real * y + factor.imag * x], axis=-1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Affine:
     """Affine map u -> drift + gain * u from controls (d,) to the workspace, at one time or at many.
 
-    `drift` is (..., d) and `gain` is (...): one map per leading index. The drift of a position map is the position of
-    the robot under u = 0. It is the flow of the drift vector field of control theory, not the field.
+    `drift` is (..., d) and `gain` is (...): one map per leading index. A complex gain also turns u, see `scaled`. The
+    drift of a position map is the position of the robot under u = 0. It is the flow of the drift vector field of
+    control theory, not the field.
 
     slalom uses the map in four ways. The inverse image of an obstacle is avoided, that of the speed limit is
     admissible, and that of the goal is the target. The map itself moves the simulated robot.
@@ -69,8 +82,14 @@ class Affine:
 
     def __call__(self, control: Array) -> Array:
         """Image of `control` (..., d), broadcast against the leading shape of the map."""
-        return self.drift + self.gain[..., None] * control
+        return self.drift + scaled(self.gain, control)
 
     def inverse(self, point: Array) -> Array:
         """Control (..., d) whose image is `point` (..., d). The gain must not be 0. Law: map(map.inverse(x)) = x."""
+        if np.iscomplexobj(self.gain):
+            return scaled(1.0 / self.gain, point - self.drift)
         return np.asarray((point - self.drift) / self.gain[..., None])
+
+    def pulled(self, normals: Array) -> Array:
+        """Unit normals (n, d) turned so that normal . map(u) is |gain| times turned . u plus a constant."""
+        return scaled(np.conj(self.gain) / np.abs(self.gain), normals)

@@ -53,7 +53,7 @@ from slalom.sim.shape_distance import clearances
 SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidden_speed", "passive_safety")
 """Settings of scenarios that limit sight."""
 SETTINGS: Final = (
-    *("start", "duration", "dt", "replan", *NUMBERS, "guided"),
+    *("start", "duration", "dt", "replan", *NUMBERS, "guided", "early"),
     *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
     *SIGHT,
 )
@@ -110,13 +110,13 @@ def from_numbers(settings: Mapping[str, float], sight: Sight | None = None) -> d
     """The arguments of `Scenario` for settings as numbers; those SIGHT that are not among them are of `sight`.
 
     Raises:
-        InvalidInput: `guided` other than 0 or 1; see `sight_of`; passive safety without a hidden speed.
+        InvalidInput: `guided` or `early` other than 0 or 1; see `sight_of`; passive safety without a hidden speed.
     """
     found: dict[str, Any] = {name: value for name, value in settings.items() if name not in SIGHT}
-    if "guided" in found:
-        if found["guided"] not in (0.0, 1.0):
-            raise InvalidInput(f"guided: expected 0 or 1, found {found['guided']:g}")
-        found["guided"] = bool(found["guided"])
+    for name in {"guided", "early"} & found.keys():
+        if found[name] not in (0.0, 1.0):
+            raise InvalidInput(f"{name}: expected 0 or 1, found {found[name]:g}")
+        found[name] = bool(found[name])
     limits = {name: value for name, value in settings.items() if name in SIGHT}
     if limits:
         known_speed = "hidden_speed" in limits or (sight is not None and sight.hidden_speed is not None)
@@ -256,6 +256,7 @@ class Scenario(SharedSettings):
             multiple of dt. horizon, margin, holds and others: see `Settings`.
         guided: False for robots whose targets are their goals (see `Fleet`), to measure the effect of guidance. A
             single robot is never guided.
+        early: whether robots avoid a collision as soon as the horizon shows it, see `Settings`.
         message_delay: [s] largest delay of messages between robots that share their manoeuvres.
             message_loss: share of messages that never arrive (see `Messages`).
         sight_noise: [m, m/s, m/s^2] standard deviation of observations of other robots. sight_delay: [s] their age, a
@@ -281,6 +282,7 @@ class Scenario(SharedSettings):
     replan: float = 0.0
     _: KW_ONLY
     guided: bool = True
+    early: bool = False
     message_delay: float = 0.0
     message_loss: float = 0.0
     sight_noise: float = 0.0
@@ -308,6 +310,7 @@ class Scenario(SharedSettings):
             positive(getattr(self, name), name)
         not_negative(self.replan, "replan")
         object.__setattr__(self, "guided", flag(self.guided, "guided"))
+        object.__setattr__(self, "early", flag(self.early, "early"))
         if self.sight is not None:
             has(self.sight, ("look", "occlusion"), "a Sight, or None", "sight")
         for name, mistake in unfit_times(self.duration, self.dt, self.replan, self.horizon, self.holds):
@@ -419,6 +422,7 @@ class Scenario(SharedSettings):
             period=period,
             detours=DETOURS if len(self.robots) > 1 else None,
             objective=Arrive() if own.objective is None else own.objective,
+            early=self.early,
             **self.shared | {"margin": self.margin_of(robot)},
         )
 

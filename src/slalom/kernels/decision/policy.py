@@ -311,7 +311,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
                 drift[count, c, axis] = points[i, p, c, axis]
         count += 1
         knots[count] = times[i, p + 1] - settings.now
-    motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)), count)
+    motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)), np.empty((0, 4)), count)
     rest = rest_of_path(robots.committed, i, settings.now)
     table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon, rest)
     less = COMMITTED_SLACK if without_margin else COMMITTED_SLACK + CONTACT_SLACK
@@ -486,6 +486,33 @@ def best_response(
             copy_into(search.control, u)
 
 
+@inlined
+def best_of_responses(
+    i: int,
+    rows: ObstaclePieces,
+    met: Indices,
+    near: Indices,
+    tables: DecisionTables,
+    search: ResponseSearch,
+    keep: bool,
+    safe: bool,
+) -> tuple[int, int]:
+    """As `best_response`; of a robot that acts `early` first without the responses that brake."""
+    if tables.settings.early:
+        costs, excluded = search.costs.copy(), search.excluded.copy()
+        first = tables.responses.kinds[tables.robots.each[i].kind]
+        for k in range(len(excluded)):
+            if tables.responses.each[first + k].brakes:
+                search.excluded[k] = True
+                search.costs[k] = np.inf
+        r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
+        copy_into(search.excluded, excluded)
+        if r >= 0 or outcome in (KEPT, INTERRUPTED):
+            return r, outcome
+        copy_into(search.costs, costs)
+    return best_response(i, rows, met, near, tables, search, keep, safe)
+
+
 @kernel
 def most_clearance(
     i: int,
@@ -518,7 +545,7 @@ def most_clearance(
             copy_into(rows.margin[s], margin[s])
         limit_margin(i, extra, rows, tables)
         copy_into(search.costs, optimistic)
-        r, outcome = best_response(i, rows, met, near, tables, search, False, safe)
+        r, outcome = best_of_responses(i, rows, met, near, tables, search, False, safe)
         if r >= 0:
             low = extra
             best = r
@@ -596,7 +623,7 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
             reduce_margin(0.5 ** min(level, MARGIN_STEPS - 1), rows)
             copy_into(search.costs, optimistic)
         keep = level == 0 and may_keep
-        r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
+        r, outcome = best_of_responses(i, rows, met, near, tables, search, keep, safe)
         if step == 1 and r < 0 and outcome == CONSTRAINED and robot.enough > 0.0:
             r, outcome = most_clearance(i, rows, met, near, optimistic, tables, search, safe)
         if outcome in (KEPT, INTERRUPTED):

@@ -52,7 +52,7 @@ def relative_table(
     hull_radius = np.empty(len(rows.bodies))
     for b in range(len(hull_radius)):
         hull_radius[b] = rows.bodies[b].hull_radius
-    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radii(cut, hull_radius))
+    table = Segments(cut.points, cut.gains, cut.cross, cut.radius, cut.growth, bounding_radii(cut, hull_radius))
     return table, hulls_of_segments(bodies.corners, rows, cut.body, cut.turns), cut.body
 
 
@@ -129,7 +129,7 @@ def relative_motion(
             for axis in range(d):
                 own = robot.position[axis] + piece.velocity_gain[c] * robot.velocity[axis]
                 drift[p, c, axis] = own + piece.acceleration_gain[c] * robot.acceleration[axis]
-    motion = PositionMap(knots, drift, gain, responses.each[r].straight)
+    motion = PositionMap(knots, drift, gain, np.empty((0, 4)), responses.each[r].straight)
     near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.each) else rows
     table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon, responses.each[r].rest)
     if settings.share < 1.0:

@@ -44,6 +44,7 @@ class TabulatedResponse:
     step: float  # [s] when it is judged: settled, or one period if the next control may replace it without a loss
     shortest: float  # [s] the least `step` of the responses of this kind of robot
     rest: float  # [s] from when on the robot is at rest under every control; inf: never for certain
+    brakes: bool  # whether the robot brakes once the control has been carried out
     straight: int  # first of its pieces from which on the robot moves along one line, see `PositionMap`
     settled_velocity: Vector  # after that step: velocity = [0] v + [1] a + [2] u
     initial_acceleration: Vector  # at the start: acceleration = [0] v + [1] a + [2] u
@@ -233,6 +234,7 @@ class DecisionSettings(NamedTuple):
     stops_at_obstacles: bool  # whether observed robots are predicted to stop at passive bodies at rest
     shared: bool  # whether robots know each other's committed manoeuvres
     detours: Array  # (k,) [rad] angles by which the desired velocity is turned
+    early: bool  # whether responses that brake count only where no other has a free control
     held_up: bool  # whether costs count the ways around passive obstacles with their bends; if not, around their balls
     budget: float  # [us] of counted work after which a decision ends if a safe manoeuvre is known
 

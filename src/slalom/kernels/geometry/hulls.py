@@ -12,6 +12,7 @@ import numpy as np
 from slalom.base.tolerances import CLEARANCE, CONTACT
 from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, Segments
 from slalom.kernels.geometry.cubic import LEAST_WIDTH, restrict, value
+from slalom.kernels.geometry.gains import image, modulus_at
 from slalom.kernels.jit import kernel, squared
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -161,11 +162,10 @@ def new_path(hulls: MaybeHulls) -> tuple[Array, Array]:
 def load_path(table: Segments, hulls: Hulls, s: int, u: Array, path: Array) -> None:
     """The path (4, 5) of segment s under control u (3,)."""
     points = table.points
-    gains = table.gains
     turns = hulls.turns
     for j in range(4):
         for axis in range(3):
-            path[j, axis] = points[j, axis, s] - gains[j, s] * u[axis]
+            path[j, axis] = points[j, axis, s] - image(table.gains, table.cross, j, s, u, axis)
         path[j, 3], path[j, 4] = turns[j, 0, s], turns[j, 1, s]
 
 
@@ -338,10 +338,12 @@ def radius_along(
 
 
 @kernel
-def put_separating(moving: MovingHull, gain: Array, u: Array, direction: Direction, separating: Array) -> None:
+def put_separating(
+    moving: MovingHull, gain: Array, cross: Array, u: Array, direction: Direction, separating: Array
+) -> None:
     """Write a `direction`, and the bounds along it at the control points under the control 0, into `separating` (7,).
 
-    `moving` is under control u (3,), `gain` (4,) is that of its segment.
+    `moving` is under control u (3,), `gain` (4,) and `cross` (4, 1 or 0) are those of its segment.
     """
     path = moving.path
     h = moving.hull
@@ -352,6 +354,7 @@ def put_separating(moving: MovingHull, gain: Array, u: Array, direction: Directi
     separating[1] = vy
     separating[2] = vz
     toward = vx * u[0] + vy * u[1] + vz * u[2]
+    turned = vy * u[0] - vx * u[1]
     for j in range(4):
         low = np.inf
         e = vx * path[j, 3] + vy * path[j, 4]
@@ -360,16 +363,24 @@ def put_separating(moving: MovingHull, gain: Array, u: Array, direction: Directi
             fixed = corners[k, 0] * vx + corners[k, 1] * vy + corners[k, 2] * vz
             low = min(low, fixed + corners[k, 3] * e + corners[k, 4] * f)
         origin = vx * path[j, 0] + vy * path[j, 1] + vz * path[j, 2] + gain[j] * toward
+        if cross.shape[1] > 0:
+            origin += cross[j, 0] * turned
         separating[3 + j] = origin + low - moving.radius - moving.growth * j / 3.0
 
 
 @kernel
-def least_along(separating: Array, gain: Array, u: Array) -> float:
+def least_along(separating: Array, gain: Array, cross: Array, u: Array) -> float:
     """A lower bound [m] of the signed distance under control u (3,), from a direction alone, see `put_separating`.
 
-    gain: (4,) of the segment.
+    gain (4,), cross (4, 1 or 0): of the segment.
     """
     toward = separating[0] * u[0] + separating[1] * u[1] + separating[2] * u[2]
+    if cross.shape[1] > 0:
+        turned = separating[1] * u[0] - separating[0] * u[1]
+        least = np.inf
+        for j in range(4):
+            least = min(least, separating[3 + j] - gain[j] * toward - cross[j, 0] * turned)
+        return float(least)
     early = min(separating[3] - gain[0] * toward, separating[4] - gain[1] * toward)
     return float(min(early, min(separating[5] - gain[2] * toward, separating[6] - gain[3] * toward)))
 
@@ -498,6 +509,7 @@ def hull_least(
 def deepest_time(
     moving: MovingHull,
     gain: Array,
+    cross: Array,
     q: Array,
     witness: float,
 ) -> float:
@@ -510,7 +522,7 @@ def deepest_time(
     step = 1.0 / DEEPEST_SAMPLES
     for k in range(DEEPEST_SAMPLES + 2):
         x = witness if k == DEEPEST_SAMPLES + 1 else step * k
-        g = value(gain[0], gain[1], gain[2], gain[3], x)
+        g = modulus_at(gain, cross, x)
         gap = hull_distance(moving, x, q)[0]
         if gap < 0.0 and gap < best * g:
             best = gap / g
@@ -523,8 +535,8 @@ def deepest_time(
         right = high - share * (high - low)
         a = hull_distance(moving, left, q)[0]
         b = hull_distance(moving, right, q)[0]
-        a /= value(gain[0], gain[1], gain[2], gain[3], left)
-        b /= value(gain[0], gain[1], gain[2], gain[3], right)
+        a /= modulus_at(gain, cross, left)
+        b /= modulus_at(gain, cross, right)
         if a < b:
             high = right
         else:

@@ -7,9 +7,10 @@ import numpy as np
 from slalom.base.tolerances import CLEARANCE, TIME
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import curvature, first_below, least, new_stack, put_distance, slope, value
+from slalom.kernels.geometry.gains import image, modulus_at
 from slalom.kernels.geometry.hulls import MovingHull, hull_first_below, hull_least, load_path, new_path
 from slalom.kernels.jit import kernel
-from slalom.kernels.relative_motion.segments import chord_distances
+from slalom.kernels.relative_motion.segments import put_chord_distances
 
 NEWTON_STEPS: Final = 6
 """[1] Most steps of Newton's method towards the deepest time of a ball; it converges quadratically.
@@ -39,11 +40,9 @@ def put_segment(work: Workspace, table: Segments, s: int, u: Array, floor: float
     """Write |relative position|^2 - floor along segment s under control u (3,) into the root of the work's stack."""
     p = work.path
     points = table.points
-    gains = table.gains
     for j in range(4):
-        g = gains[j, s]
         for axis in range(3):
-            p[j, axis] = points[j, axis, s] - g * u[axis]
+            p[j, axis] = points[j, axis, s] - image(table.gains, table.cross, j, s, u, axis)
     put_distance(work.stack, p, floor)
 
 
@@ -58,7 +57,7 @@ def least_clearances(table: Segments, hulls: MaybeHulls, owner: Indices, owners:
     work = new_workspace(len(radius), hulls)
     for c in range(len(controls)):
         u = controls[c]
-        chord_distances(table.points, table.gains, u[0], u[1], u[2], work.gaps)
+        put_chord_distances(table, u, work.gaps)
         for s in range(len(radius)):
             best = result[c, owner[s]]
             if work.gaps[s] - table.bounding_radius[s] >= best:
@@ -92,7 +91,7 @@ def contact_times(
     work = new_workspace(len(radius), hulls)
     for c in range(len(controls)):
         u = controls[c]
-        chord_distances(table.points, table.gains, u[0], u[1], u[2], work.gaps)
+        put_chord_distances(table, u, work.gaps)
         for s in range(len(radius)):
             if begin[s] >= result[c, owner[s]] or work.gaps[s] >= table.bounding_radius[s]:
                 continue
@@ -113,13 +112,11 @@ def contact_times(
 def nearest_on_chord(table: Segments, k: int, u: Array) -> float:
     """The place in [0, 1] at which the chord of segment k is nearest to the robot under control u (3,)."""
     points = table.points
-    g0 = table.gains[0, k]
-    g3 = table.gains[3, k]
     along = 0.0
     square = 1e-300
     for axis in range(3):
-        a = points[0, axis, k] - g0 * u[axis]
-        d = points[3, axis, k] - g3 * u[axis] - a
+        a = points[0, axis, k] - image(table.gains, table.cross, 0, k, u, axis)
+        d = points[3, axis, k] - image(table.gains, table.cross, 3, k, u, axis) - a
         along -= a * d
         square += d * d
     return float(min(1.0, max(0.0, along / square)))
@@ -127,13 +124,19 @@ def nearest_on_chord(table: Segments, k: int, u: Array) -> float:
 
 @kernel
 def depth_at(table: Segments, k: int, u: Array, s: float) -> tuple[float, float]:
-    """The depth of u (3,) inside the element of segment k at s, in control units, negative outside; and the gain."""
+    """The depth of u (3,) inside the element of segment k at s, in control units, negative outside; and the gain.
+
+    Of a cross gain the modulus of both.
+    """
     points = table.points
-    gains = table.gains
-    gain = value(gains[0, k], gains[1, k], gains[2, k], gains[3, k], s)
+    gain = modulus_at(table.gains[:, k], table.cross[:, k : k + 1], s)
     square = 0.0
     for axis in range(3):
-        q = value(points[0, axis, k], points[1, axis, k], points[2, axis, k], points[3, axis, k], s) - u[axis] * gain
+        q0 = points[0, axis, k] - image(table.gains, table.cross, 0, k, u, axis)
+        q1 = points[1, axis, k] - image(table.gains, table.cross, 1, k, u, axis)
+        q2 = points[2, axis, k] - image(table.gains, table.cross, 2, k, u, axis)
+        q3 = points[3, axis, k] - image(table.gains, table.cross, 3, k, u, axis)
+        q = value(q0, q1, q2, q3, s)
         square += q * q
     return (table.radius[k] - np.sqrt(square)) / gain, gain
 
@@ -143,8 +146,10 @@ def deepen(table: Segments, k: int, u: Array, s: float) -> float:
     """A place near s in [0, 1] at which u (3,) is no less deep inside the element of segment k, see `depth_at`.
 
     By a few steps of Newton's method on (radius - |p - g u|) / g. The element of that place holds all controls that are
-    nearer to u than its depth. Where elements sweep along, their envelope touches it.
+    nearer to u than its depth. Where elements sweep along, their envelope touches it. With a cross gain s itself.
     """
+    if table.cross.shape[1] > 0:
+        return s
     points = table.points
     gains = table.gains
     here = depth_at(table, k, u, s)[0]

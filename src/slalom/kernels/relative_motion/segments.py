@@ -20,6 +20,7 @@ from slalom.kernels.arrays import (
     Workspace,
 )
 from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.geometry.gains import image, largest_modulus
 from slalom.kernels.geometry.hulls import MovingHull, hull_distance, least_along, load_path, put_separating
 from slalom.kernels.jit import inlined, kernel, squared, vectorized
 
@@ -49,6 +50,8 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
     begin, end = lines[0], lines[1]
     radius, growth = lines[2], lines[3]
     relative, gains = np.empty((4, 3, count)), np.empty((4, count))
+    crossed = len(motion.cross) > 0
+    cross = np.empty((4, count if crossed else 0))
     turned = np.empty((4, 2, count if turning else 0))
     bodies = np.empty(count, np.int64)
     for c in range(4):
@@ -57,7 +60,7 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
                 relative[c, axis, i] = 0.0
     k, piece = 0, 0
     part = 0
-    own = np.empty((KEPT_ROBOT_MOTIONS, 2 + 4 * (d + 1)))
+    own = np.empty((KEPT_ROBOT_MOTIONS, 2 + 4 * (d + 2)))
     own[:, 0] = np.nan
     for s in range(n):
         t0, t1 = max(times[s, 0], 0.0), min(times[s, 1], horizon)
@@ -82,6 +85,9 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
                 relative[2, axis, k], relative[3, axis, k] = p2 - own[part, q + 2], p3 - own[part, q + 3]
             gains[0, k], gains[1, k] = own[part, 2], own[part, 3]
             gains[2, k], gains[3, k] = own[part, 4], own[part, 5]
+            if crossed:
+                for c in range(4):
+                    cross[c, k] = own[part, 6 + 4 * d + c]
             part = min(part + 1, KEPT_ROBOT_MOTIONS - 1)
             if turning:
                 turns = pieces.turns
@@ -94,15 +100,16 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
             radius[k], growth[k] = pieces.radius[s] + pieces.growth[s] * a, pieces.growth[s] * (b - a)
             k += 1
             t0 = stop
-    return CutPieces(begin, end, relative, gains, radius, growth, turned, bodies)
+    return CutPieces(begin, end, relative, gains, cross, radius, growth, turned, bodies)
 
 
 @kernel
 def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: Array) -> None:
-    """The position map from t0 in a piece to stop [s], into `own` (2 + 4 (d + 1),).
+    """The position map from t0 in a piece to stop [s], into `own` (2 + 4 (d + 2),).
 
-    The times, four control points of the gain, and four of each axis of the drift. Where the time `stop` is in a later
-    piece, they are those of the line between both positions.
+    The times, four control points of the gain, four of each axis of the drift, and four of a cross gain. Where the time
+    `stop` is in a later piece, they are those of the line between both positions, which no response with a cross gain
+    has.
     """
     knots = motion.knots
     drift = motion.drift
@@ -124,6 +131,10 @@ def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: A
         own[q], own[q + 1], own[q + 2], own[q + 3] = restrict(
             drift[piece, 0, axis], drift[piece, 1, axis], drift[piece, 2, axis], drift[piece, 3, axis], e, f
         )
+    if len(motion.cross) > 0:
+        q = 6 + 4 * drift.shape[2]
+        k = motion.cross[piece]
+        own[q], own[q + 1], own[q + 2], own[q + 3] = restrict(k[0], k[1], k[2], k[3], e, f)
 
 
 @kernel
@@ -281,6 +292,21 @@ def chord_distances(points: Array, gains: Array, ux: float, uy: float, uz: float
         gaps[s] = np.sqrt(cx * cx + cy * cy + cz * cz) - 0.75 * np.sqrt(bend)
 
 
+@kernel
+def put_chord_distances(table: Segments, u: Array, gaps: Array) -> None:
+    """Lower bounds [m] of the distance to the origin along every segment under control u (3,), into gaps (n,)."""
+    if table.cross.shape[1] == 0:
+        chord_distances(table.points, table.gains, u[0], u[1], u[2], gaps)
+        return
+    # The images of a control that is turned are taken off the points, and then no control is left.
+    points = table.points.copy()
+    for j in range(4):
+        for axis in range(2):
+            for s in range(len(gaps)):
+                points[j, axis, s] -= image(table.gains, table.cross, j, s, u, axis)
+    chord_distances(points, table.gains, 0.0, 0.0, 0.0, gaps)
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Broad phase of a choice: the segments on which a control within some distance of a given one can collide.
 #
@@ -301,7 +327,7 @@ class Culled(NamedTuple):
 @inlined
 def is_clear(table: Segments, u: Array, gaps: Array) -> bool:
     """Whether the chord test alone shows that control u (3,) is collision-free; its distances go into gaps (n,) [m]."""
-    chord_distances(table.points, table.gains, u[0], u[1], u[2], gaps)
+    put_chord_distances(table, u, gaps)
     near = 0
     for s in range(len(gaps)):
         near += gaps[s] < table.bounding_radius[s]
@@ -315,9 +341,8 @@ def cull(table: Segments, gaps: Array, farthest: float, rows: Indices) -> int:
     `gaps` (n,) holds the distances of the chord test. Its first entries become the distances of those controls.
     """
     count = 0
-    gains = table.gains
     for s in range(len(gaps)):
-        gain = max(max(gains[0, s], gains[1, s]), max(gains[2, s], gains[3, s]))
+        gain = largest_modulus(table.gains, table.cross, s)
         gap = gaps[s] - table.bounding_radius[s]
         rows[count] = s
         gaps[count] = gap / gain
@@ -326,12 +351,13 @@ def cull(table: Segments, gaps: Array, farthest: float, rows: Indices) -> int:
 
 
 @kernel
-def new_table(count: int) -> Segments:
-    """An empty table for `count` segments."""
+def new_table(count: int, like: Segments) -> Segments:
+    """An empty table for `count` segments, with cross gains where those of `like` have them."""
     points = np.empty((4, 3, count))
     gains = np.empty((4, count))
+    cross = np.empty((4, count if like.cross.shape[1] > 0 else 0))
     lines = np.empty((3, count))
-    return Segments(points, gains, lines[0], lines[1], lines[2])
+    return Segments(points, gains, cross, lines[0], lines[1], lines[2])
 
 
 @kernel
@@ -362,11 +388,11 @@ def copy_near(
             # A long wall may be out of reach although the disc about it is not.
             load_path(table, hulls, s, culled.center, work.path)
             hull = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
-            gains = table.gains[:, s]
+            gains, cross = table.gains[:, s], table.cross[:, s : s + 1]
             separating = work.separating[count]
-            put_separating(hull, gains, culled.center, hull_distance(hull, 0.5, work.corners), separating)
-            gain = max(max(gains[0], gains[1]), max(gains[2], gains[3]))
-            away[c] = max(away[c], least_along(separating, gains, culled.center) / gain)
+            put_separating(hull, gains, cross, culled.center, hull_distance(hull, 0.5, work.corners), separating)
+            gain = largest_modulus(table.gains, table.cross, s)
+            away[c] = max(away[c], least_along(separating, gains, cross, culled.center) / gain)
             if not away[c] < limit:
                 continue
         copy_row(table, hulls, s, near, near_hulls, count)
@@ -380,6 +406,8 @@ def copy_row(table: Segments, hulls: MaybeHulls, s: int, near: Segments, near_hu
     """Copy row s of a table into row `count` of another."""
     for j in range(4):
         near.gains[j, count] = table.gains[j, s]
+        if table.cross.shape[1] > 0:
+            near.cross[j, count] = table.cross[j, s]
         for axis in range(3):
             near.points[j, axis, count] = table.points[j, axis, s]
     near.radius[count] = table.radius[s]

@@ -7,6 +7,7 @@ import numpy as np
 from slalom.base.tolerances import CONTACT
 from slalom.kernels.arrays import Array, Hulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.geometry.gains import modulus_at, to_control
 from slalom.kernels.geometry.hulls import (
     MovingHull,
     corners_at,
@@ -64,8 +65,8 @@ def hull_element(
 
     The corners go into `work.corners`. A sharp corner sweeps over a curve of which elements at single times cover
     points only. In the plane the part is therefore the set that surely lies between the elements of two times
-    (`swept`), if that set rejects u. Otherwise it is the element at the place `work.element[0]`. Both are grown by
-    CONTACT.
+    (`swept`), if that set rejects u. Otherwise, and with a cross gain, it is the element at the place
+    `work.element[0]`. Both are grown by CONTACT.
     """
     load_path(table, hulls, s, u, work.path)
     moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
@@ -73,9 +74,9 @@ def hull_element(
     path = work.path
     q = work.corners
     place = work.element[0]
-    gain = table.gains[:, s]
+    gain, cross = table.gains[:, s], table.cross[:, s : s + 1]
     n = hulls.first[h + 1] - hulls.first[h]
-    if n > 1 and dimension == 2:
+    if n > 1 and dimension == 2 and cross.shape[1] == 0:
         depth = -hull_distance(moving, place, q)[0]
         depth /= value(gain[0], gain[1], gain[2], gain[3], place)
         turning = abs(path[0, 3] - path[3, 3]) + abs(path[0, 4] - path[3, 4]) > 0.0
@@ -97,12 +98,10 @@ def hull_element(
     n = corners_at(moving, place, q)
     if hulls.unordered[h]:
         n = order(q, n)
-    g = value(gain[0], gain[1], gain[2], gain[3], place)
     for j in range(n):
-        for axis in range(3):
-            q[j, axis] /= g
+        to_control(gain, cross, place, q[j])
     shift(q, n, u)
-    return n, (moving.radius + moving.growth * place + CONTACT) / g
+    return n, (moving.radius + moving.growth * place + CONTACT) / modulus_at(gain, cross, place)
 
 
 @kernel

@@ -19,6 +19,7 @@ import numpy as np
 from slalom.base.tolerances import CLEARANCE, CONTACT
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, PositionMap, Scene, Segments, States, Workspace
 from slalom.kernels.geometry.cubic import below, value
+from slalom.kernels.geometry.gains import modulus_at, to_control
 from slalom.kernels.geometry.hulls import (
     MovingHull,
     deepest_time,
@@ -42,7 +43,6 @@ from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.clearance import deepen, depth_at, nearest_on_chord, new_workspace, put_segment
 from slalom.kernels.relative_motion.segments import (
     Culled,
-    chord_distances,
     copy_near,
     cull,
     distance,
@@ -50,6 +50,7 @@ from slalom.kernels.relative_motion.segments import (
     is_clear,
     new_hulls,
     new_table,
+    put_chord_distances,
 )
 from slalom.kernels.relative_motion.window import distances_now, kept_radii, segments_of
 from slalom.kernels.selection.candidates import (
@@ -83,6 +84,22 @@ Below it the control has no effect yet: a collision there is an overlap at the s
 
 
 @inlined
+def put_ball(table: Segments, s: int, place: float, element: Array) -> float:
+    """Write centre and radius of the ball of segment s at `place` into element (5,); the scale of its gain."""
+    gain, cross = table.gains[:, s], table.cross[:, s : s + 1]
+    g = modulus_at(gain, cross, place)
+    points = table.points
+    for axis in range(3):
+        p0 = points[0, axis, s]
+        p1 = points[1, axis, s]
+        p2 = points[2, axis, s]
+        element[1 + axis] = value(p0, p1, p2, points[3, axis, s], place)
+    to_control(gain, cross, place, element[1:4])
+    element[4] = (table.radius[s] + CONTACT) / g
+    return float(g)
+
+
+@inlined
 def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Workspace) -> int:
     """The segment that rejects u (3,) by the most, in control units; -1 if u is free, -2 if it overlaps before u acts.
 
@@ -90,27 +107,27 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
     For each colliding segment the time of deepest approach is sought from a witness. Any time of collision would do for
     correctness; a deep one makes the exchange short.
     """
-    points = table.points
-    gains = table.gains
     gaps = work.gaps
     element = work.element
     worst = -1
     deepest = 0.0
     place = 0.0
-    chord_distances(points, gains, u[0], u[1], u[2], gaps)
+    put_chord_distances(table, u, gaps)
     for s in range(len(gaps)):
         if gaps[s] >= table.bounding_radius[s]:
             continue
         if len(hulls) > 0 and hulls.hull[s] >= 0:
-            if least_along(work.separating[s], gains[:, s], u) >= -CLEARANCE:
+            gain, cross = table.gains[:, s], table.cross[:, s : s + 1]
+            if least_along(work.separating[s], gain, cross, u) >= -CLEARANCE:
                 continue
             load_path(table, hulls, s, u, work.path)
             moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
             there = hull_below(moving, work.stack, work.corners)
             if there < 0.0:
-                put_separating(moving, gains[:, s], u, hull_distance(moving, 0.5, work.corners), work.separating[s])
+                separating = work.separating[s]
+                put_separating(moving, gain, cross, u, hull_distance(moving, 0.5, work.corners), separating)
                 continue
-            g = value(gains[0, s], gains[1, s], gains[2, s], gains[3, s], there)
+            g = modulus_at(gain, cross, there)
             depth = -hull_distance(moving, there, work.corners)[0] / g
         else:
             there = nearest_on_chord(table, s, u)
@@ -137,21 +154,15 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
         return -1
     if len(hulls) == 0 or hulls.hull[worst] < 0:
         place = deepen(table, worst, u, place)
-        g = value(gains[0, worst], gains[1, worst], gains[2, worst], gains[3, worst], place)
-        if g < SMALLEST_GAIN:
+        if put_ball(table, worst, place, element) < SMALLEST_GAIN:
             return -2
-        for axis in range(3):
-            p0 = points[0, axis, worst]
-            p1 = points[1, axis, worst]
-            p2 = points[2, axis, worst]
-            element[1 + axis] = value(p0, p1, p2, points[3, axis, worst], place) / g
-        element[4] = (table.radius[worst] + CONTACT) / g
     element[0] = place
     if len(hulls) > 0 and worst >= 0 and hulls.hull[worst] >= 0:
         # Costly, and therefore done for one segment only.
         load_path(table, hulls, worst, u, work.path)
         moving = MovingHull(work.path, hulls, hulls.hull[worst], table.radius[worst], table.growth[worst])
-        element[0] = deepest_time(moving, gains[:, worst], work.corners, element[0])
+        gain, cross = table.gains[:, worst], table.cross[:, worst : worst + 1]
+        element[0] = deepest_time(moving, gain, cross, work.corners, element[0])
     return worst
 
 
@@ -254,7 +265,7 @@ def exchanged(
     boundaries, polygons, queue = new_boundaries(limits), new_polygons(hulls), new_queue()
     found, preferred, view = np.zeros((2, 3)), u.copy(), new_view(limits, u)
     room, known, limit = len(culled.rows), 0, -1.0
-    near, near_hulls, work = new_table(room), new_hulls(room, hulls), new_workspace(room, hulls)
+    near, near_hulls, work = new_table(room, culled.table), new_hulls(room, hulls), new_workspace(room, hulls)
     admissible = len(limits)
     count, elements, proposed, examined, last, floor, spent = admissible, 0, 0, 0, 0, 0.0, 0
     for b in range(admissible):
@@ -359,8 +370,8 @@ def cut_off(
     for column in range(1, 5):
         boundaries[count, column] = element[column]
     without_polygon(boundaries, count)
-    g = near.gains[:, segment]
-    exclude_beyond(boundaries, count, CONTACT_SHARE * CONTACT / value(g[0], g[1], g[2], g[3], element[0]))
+    g = modulus_at(near.gains[:, segment], near.cross[:, segment : segment + 1], element[0])
+    exclude_beyond(boundaries, count, CONTACT_SHARE * CONTACT / g)
     return boundaries, polygons, count + 1
 
 
@@ -386,9 +397,9 @@ def choose_many(
             controls[i] = preferred[i]
             statuses[i] = OVERLAPPING
             continue
-        motion = PositionMap(states.knots, states.drift[i], states.gain, len(states.gain))
+        motion = PositionMap(states.knots, states.drift[i], states.gain, states.cross, len(states.gain))
         cut, bounding_radius, _, hull = segments_of(scene.bodies, radius, motion, scene.horizon, scene.error)
-        table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
+        table = Segments(cut.points, cut.gains, cut.cross, cut.radius, cut.growth, bounding_radius)
         limits = states.limits[i, : states.counts[i]]
         row_hulls = hulls_of_rows(hulls, hull, cut.turns)
         statuses[i], controls[i], _, _ = nearest_free(

@@ -122,7 +122,7 @@ def motion_is_clear(
         if n == 0:
             continue
         scratch.work[0] += WORK_ROW * n
-        motion = PositionMap(np.array([0.0, h]), drift, gain, 1)
+        motion = PositionMap(np.array([0.0, h]), drift, gain, np.empty((0, 4)), 1)
         table, hulls = relative_rows(index, scratch.rows[:n], t + h * k, motion, problem.margin)
         if deepest_violation(table, hulls, u, new_workspace(len(table.radius), hulls)) != -1:
             return False
@@ -369,7 +369,7 @@ def node_encounters(
     limits[1, 4] = end_speed / h
     radius = 0.5 * h * speed + 0.5 * h * h * problem.max_acceleration + problem.margin
     n = rows_near(index, t, h, middle, radius, problem.now, scratch.rows)
-    motion = PositionMap(np.array([0.0, h]), drift, gain, 1)
+    motion = PositionMap(np.array([0.0, h]), drift, gain, np.empty((0, 4)), 1)
     table, hulls = relative_rows(index, scratch.rows[:n], t, motion, problem.margin)
     return table, hulls, limits
 

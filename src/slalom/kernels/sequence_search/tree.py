@@ -192,5 +192,5 @@ def relative_rows(
     )
     for i in range(n):
         bounding_radius[i] = cut.radius[i] + max(cut.growth[i], 0.0) + index.hull_radius[rows[i]]
-    table = Segments(cut.points, cut.gains, cut.radius, cut.growth, bounding_radius)
+    table = Segments(cut.points, cut.gains, cut.cross, cut.radius, cut.growth, bounding_radius)
     return table, hulls_at(index.hulls, rows, cut.turns)

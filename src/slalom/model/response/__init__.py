@@ -1,4 +1,4 @@
-"""Responses: the motion of the robot under a constant control u, affine in u with a scalar gain at every time."""
+"""Responses: the motion of the robot under a constant control u, affine in u at every time."""
 
 from typing import Final
 
@@ -6,6 +6,7 @@ from slalom.model.response.kinds import (
     AccelerateThenBrake as AccelerateThenBrake,
     AccelerateThenCoast as AccelerateThenCoast,
     AccelerateThenStop as AccelerateThenStop,
+    AccelerateThenTurn as AccelerateThenTurn,
     Acceleration as Acceleration,
     Jerk as Jerk,
     LaggedVelocity as LaggedVelocity,
@@ -20,6 +21,7 @@ RESPONSES: Final[tuple[type[Response], ...]] = (
     AccelerateThenCoast,
     AccelerateThenStop,
     AccelerateThenBrake,
+    AccelerateThenTurn,
     Jerk,
 )
 """Kinds of responses."""

@@ -8,10 +8,10 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import Array, NotNegative, Positive, check_fields, listing, pair, positive, vector
+from slalom.base.checks import Array, NotNegative, Number, Positive, check_fields, listing, pair, positive, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import INTERPOLATION, WHOLE_COUNT
-from slalom.model.path import hermite_step
+from slalom.model.path import even_knots, hermite_step
 from slalom.model.response.protocol import Coefficients, TimeInvariant, affine, ramp, times_of, with_break
 from slalom.model.state import Affine, State
 
@@ -282,6 +282,78 @@ class AccelerateThenBrake(_Stopping):
     def knots(self, horizon: float, speed_bound: float) -> Array:
         inner = np.array([self.hold, self.hold + self.brake])
         return np.concatenate([[0.0], inner[inner < horizon], [horizon]])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Response to an acceleration that is held and followed by a turn.
+
+
+@dataclass(frozen=True)
+class AccelerateThenTurn(TimeInvariant):
+    """u is an acceleration [m/s^2], held for `hold` seconds; then the robot turns at constant speed without end.
+
+    In the plane only. From a velocity w it drives on the circle of the radius |w| / |rate|.
+    With E(s) = (e^(i rate s) - 1) / (i rate), the gain s after the hold is hold^2 / 2 + hold E(s). That is a complex
+    number, by which the control is turned and scaled (docs/theory.md, 5).
+
+    Args:
+        hold: [s] > 0.
+        rate: [rad/s] other than 0, above 0 to the left.
+
+    Raises:
+        InvalidInput: a rate of 0; a state in space.
+    """
+
+    interpolation_error: ClassVar[float] = INTERPOLATION
+    restartable: ClassVar[bool] = False
+    turns: ClassVar[bool] = True
+    hold: Positive
+    rate: Number
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.rate == 0.0:
+            raise InvalidInput("rate: expected a number other than 0; to keep the velocity use AccelerateThenCoast")
+
+    def _turned(self, time: Array) -> tuple[Array, Array]:
+        """E(s) [s] and e^(i rate s) at times (...) [s], s after the hold; 0 and 1 during it."""
+        angle = self.rate * np.maximum(time - self.hold, 0.0)
+        # e^(i x) - 1 = 2 i sin(x / 2) e^(i x / 2) keeps all digits of small angles.
+        chord = 2.0 * np.sin(0.5 * angle) / self.rate * np.exp(0.5j * angle)
+        return chord, np.exp(1j * angle)
+
+    def position_coefficients(self, time: Array) -> Coefficients:
+        held, (chord, _) = np.minimum(time, self.hold), self._turned(time)
+        return held + chord, 0.5 * held * held + self.hold * chord
+
+    def velocity_coefficients(self, time: Array) -> Coefficients:
+        _, turn = self._turned(time)
+        return turn, np.minimum(time, self.hold) * turn
+
+    def acceleration_coefficients(self, time: Array) -> Coefficients:
+        _, turn = self._turned(time)
+        lateral = np.where(time < self.hold, 0.0, 1j * self.rate * turn)
+        return lateral, np.where(time < self.hold, 1.0, self.hold * lateral)
+
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        if state.dimension != 2:
+            raise InvalidInput(f"response: expected a robot in the plane, found one of dimension {state.dimension}")
+        return super().position(state, t)
+
+    def knots(self, horizon: float, speed_bound: float) -> Array:
+        if horizon <= self.hold:
+            return np.array([0.0, horizon])
+        step = hermite_step(abs(self.rate) ** 3 * speed_bound, INTERPOLATION)
+        return np.concatenate([[0.0], even_knots(self.hold, horizon, step)])
+
+    def settled(self, horizon: float) -> float:
+        return self.hold
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (self.velocity_at(state, self.hold),)
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return self.acceleration_at(state, 0.0), self.acceleration_at(state, self.hold)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

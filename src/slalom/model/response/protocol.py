@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from slalom.base.checks import Array
 from slalom.model.path import hermite, hermite_weights, rest_from
-from slalom.model.state import Affine, State
+from slalom.model.state import Affine, State, scaled
 
 
 @runtime_checkable
@@ -18,7 +18,8 @@ class Response(Protocol):
     """Position, velocity and acceleration as affine maps of the control, t seconds after its choice.
 
     Laws: position(state, 0) maps every u to the present position. Its gain starts at 0, never decreases, and increases
-    until the robot rests (if it ever does). `velocity` is the derivative of `position`, and `acceleration` that of
+    until the robot rests (if it ever does). In the plane it may be complex and turn the control; its modulus then may
+    decrease, but never to 0. `velocity` is the derivative of `position`, and `acceleration` that of
     `velocity`, except at knots. For responses with `restartable`, advancing twice equals advancing once by the sum. t
     may have any shape (...): drift (..., d), gain (...).
     """
@@ -128,9 +129,9 @@ class Cubic(NamedTuple):
     """
 
     knots: Array  # (m + 1,) [s]
-    position_share: Array  # (m, 4, 1) [s] coefficients of v in the position at the knot of each control point
+    position_share: Array  # (m, 4) [s] coefficients of v in the position at the knot of each control point
     steps: Array  # (m, 4, 1) [s] from that knot to the control point
-    velocity_share: Array  # (m, 4, 1) coefficients of v in the velocity at that knot
+    velocity_share: Array  # (m, 4) coefficients of v in the velocity at that knot
     gain: Array  # (m, 4)
 
 
@@ -164,44 +165,45 @@ class TimeInvariant(ABC):
 
     def position(self, state: State, t: npt.ArrayLike) -> Affine:
         coefficient, gain = self.position_coefficients(np.asarray(t, dtype=np.float64))
-        return Affine(state.position + coefficient[..., None] * state.velocity, np.asarray(gain))
+        return Affine(state.position + scaled(coefficient, state.velocity), np.asarray(gain))
 
     def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
         coefficient, gain = self.velocity_coefficients(np.asarray(t, dtype=np.float64))
-        return Affine(coefficient[..., None] * state.velocity, np.asarray(gain))
+        return Affine(scaled(coefficient, state.velocity), np.asarray(gain))
 
     def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
         coefficient, gain = self.acceleration_coefficients(np.asarray(t, dtype=np.float64))
-        return Affine(coefficient[..., None] * state.velocity, np.asarray(gain))
+        return Affine(scaled(coefficient, state.velocity), np.asarray(gain))
 
     def velocity_at(self, state: State, t: float) -> Affine:
         """Map of the velocity at one time t [s], cached, because many states share it."""
         coefficient, gain = _velocity_coefficients(self, t)
-        return Affine(coefficient * state.velocity, gain)
+        return Affine(scaled(coefficient, state.velocity), gain)
 
     def acceleration_at(self, state: State, t: float) -> Affine:
         """Map of the acceleration at one time t [s], cached, because many states share it."""
         coefficient, gain = _acceleration_coefficients(self, t)
-        return Affine(coefficient * state.velocity, gain)
+        return Affine(scaled(coefficient, state.velocity), gain)
 
     def pieces(self, state: State, horizon: float, speed_bound: float) -> tuple[Array, Array, Array]:
         """Position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) [m] and gain (m, 4)."""
         table = _exact(self, horizon) if self.interpolation_error == 0.0 else _cubic(self, horizon, speed_bound)
         velocity = state.velocity
-        drift = (state.position + table.position_share * velocity) + table.steps * (table.velocity_share * velocity)
+        velocities = table.steps * scaled(table.velocity_share, velocity)
+        drift = (state.position + scaled(table.position_share, velocity)) + velocities
         return table.knots, drift, table.gain
 
 
 @lru_cache(maxsize=256)
-def _velocity_coefficients(response: TimeInvariant, t: float) -> tuple[float, Array]:
+def _velocity_coefficients(response: TimeInvariant, t: float) -> Coefficients:
     coefficient, gain = response.velocity_coefficients(np.asarray(t, dtype=np.float64))
-    return float(coefficient), _read_only(np.asarray(gain))
+    return _read_only(np.asarray(coefficient)), _read_only(np.asarray(gain))
 
 
 @lru_cache(maxsize=256)
-def _acceleration_coefficients(response: TimeInvariant, t: float) -> tuple[float, Array]:
+def _acceleration_coefficients(response: TimeInvariant, t: float) -> Coefficients:
     coefficient, gain = response.acceleration_coefficients(np.asarray(t, dtype=np.float64))
-    return float(coefficient), _read_only(np.asarray(gain))
+    return _read_only(np.asarray(coefficient)), _read_only(np.asarray(gain))
 
 
 @lru_cache(maxsize=64)
@@ -218,10 +220,7 @@ def _cubic(response: TimeInvariant, horizon: float, speed_bound: float) -> Cubic
     ends, steps = np.array([0, 0, 1, 1]), hermite_weights(knots)
     knot_of_point = np.arange(len(knots) - 1)[:, None] + ends
     gains = gain[knot_of_point] + steps * velocity_gain[knot_of_point]
-    position_share, velocity_share = (
-        _read_only(position[knot_of_point][..., None]),
-        _read_only(velocity[knot_of_point][..., None]),
-    )
+    position_share, velocity_share = _read_only(position[knot_of_point]), _read_only(velocity[knot_of_point])
     # Kernels would be compiled again for read-only arrays: knots and gains, which they take, stay writable.
     return Cubic(knots, position_share, _read_only(steps[..., None]), velocity_share, gains)
 
@@ -243,7 +242,7 @@ def _usual_bound(state: State) -> float:
 
 def _speed_bound(response: Response, state: State, horizon: float, largest: float) -> float:
     """The speed [m/s] and the velocity that a control of the norm `largest` stands for, together."""
-    gain = float(response.velocity(state, horizon).gain)
+    gain = float(abs(response.velocity(state, horizon).gain))
     return sqrt(state.velocity.dot(state.velocity)) + largest * max(1.0, gain)
 
 
@@ -272,7 +271,20 @@ def response_pieces(
     knots = response.knots(horizon, reach)
     position, velocity = response.position(state, knots), response.velocity(state, knots)
     drift = hermite(knots, position.drift, velocity.drift).points
-    return knots, drift, hermite(knots, position.gain[:, None], velocity.gain[:, None]).points[..., 0]
+    return knots, drift, _gain_points(knots, position.gain, velocity.gain)
+
+
+def _gain_points(knots: Array, position: Array, velocity: Array) -> Array:
+    """Control points (m, 4) of the gain with values and derivatives (m + 1,) at the knots."""
+    ends = np.arange(len(knots) - 1)[:, None] + np.array([0, 0, 1, 1])
+    return np.asarray(position[ends] + hermite_weights(knots) * velocity[ends])
+
+
+def parts_of_gain(gain: Array) -> tuple[Array, Array]:
+    """The gain (m, 4) and its cross gain (m, 4) as kernels take them: (0, 4) for a gain that does not turn."""
+    if not np.iscomplexobj(gain):
+        return gain, np.empty((0, 4))
+    return np.ascontiguousarray(gain.real), np.ascontiguousarray(gain.imag)
 
 
 def rest_time(response: Response, state: State, horizon: float) -> float:
@@ -281,5 +293,5 @@ def rest_time(response: Response, state: State, horizon: float) -> float:
     position = response.position(state, knots)
     velocity = response.velocity(state, knots)
     drift = hermite(knots, position.drift, velocity.drift).points
-    gain = hermite(knots, position.gain[:, None], velocity.gain[:, None]).points
+    gain = np.abs(_gain_points(knots, position.gain, velocity.gain))[..., None]
     return rest_from(knots, np.concatenate([drift, gain], axis=2))

@@ -51,6 +51,7 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     content |= {name: float(getattr(scenario, name)) for name in numbers}
     content |= {name: value for name, value in numbers_of(scenario.sight).items() if value}
     content |= {} if scenario.guided else {"guided": False}
+    content |= {"early": True} if scenario.early else {}
     content["holds"] = [float(hold) for hold in scenario.holds]
     if scenario.period is not None:
         content["period"] = [float(x) for x in scenario.period]

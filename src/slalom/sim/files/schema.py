@@ -470,6 +470,7 @@ class ScenarioSpec(_Decided):  # type: ignore[misc]  # derived
     """A scenario file."""
 
     guided: bool = True
+    early: bool = False
     sight_range: NotNegative = 0.0
     field_of_view: NotNegative = 0.0
     sight_near: NotNegative = 0.0

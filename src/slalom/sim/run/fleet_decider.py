@@ -40,6 +40,7 @@ class FleetDecider:
             sight=scenario.sight,
             threads=threads,
             guided=scenario.guided and scenario.dimension == 2,
+            early=scenario.early,
             **scenario.shared | {"margin": [scenario.margin_of(k) for k in range(len(robots))]},
         )
         self._goals = [robot.goal for robot in robots]
