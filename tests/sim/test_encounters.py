@@ -162,8 +162,8 @@ def test_sides_are_those_of_the_rules(seed: int, aim: str) -> None:
         ahead = run.positions[0, 0] + 200.0 / np.linalg.norm(v) * np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
         other = Obstacle(other.shape, ConstantVelocity(ahead, -v), "ship")
         run = replace(run, obstacles=(other,))
-    # Where the nearest approach is dead ahead, or a speed is almost 0, rounding decides.
-    assume(np.linalg.norm(run.velocities[:, 0], axis=1).min() > 0.5)
+    # In a collision, or at a speed of almost 0, rounding decides.
+    assume(np.linalg.norm(run.velocities[:, 0], axis=1).min() > 0.5 and metrics.closest_approach(run) > 2.0)
     kind = encounter(
         other.trajectory.initial_position - run.positions[0, 0], run.velocities[0, 0], other.trajectory.initial_velocity
     )
@@ -251,6 +251,10 @@ cases:
   - {name: second, obstacles: [], robot: {velocity: [0.5, 0], goal: {position: [5, 5]}}}
   - {duration: 3, obstacles: [*car, {radius: 2, trajectory: {kind: stationary, position: [3, 9]}}]}
 """
+DOMAIN = """\
+    shape: {kind: polygon, corners: [[1200, 0], [0, 400], [-400, 0], [0, -800]]}
+    heading: motion
+"""
 WHOLE = [
     "name: first\nduration: 2\nrobot: {position: [0, 0], radius: 0.5, max_speed: 1, max_acceleration: 1, goal: "
     "{position: [9, 0], tolerance: 0.3}}\nobstacles:\n  - {name: car, radius: 1, trajectory: {kind: constant_velocity, "
@@ -283,8 +287,21 @@ def test_a_mistake_in_a_case_has_its_place(tmp_path: Path) -> None:
         ":3:35: robot.radius: expected a number, found 'wide'",
         ":9:16: duration: expected a number above 0, found -3",
     ]
-    with pytest.raises(InvalidFile, match=r"a\.yaml:9:16"):
-        compare(str(path.write_text(CASES.replace("duration: 3", "duration: -3")) and path), ["nao"], 3)
+    path.write_text(CASES.replace("duration: 3", "duration: -3").replace("velocity: [0.5, 0]", "velocity: fast"))
+    with pytest.raises(InvalidFile) as all_cases:
+        compare(str(path), ["nao"], 1)
+    assert [line.removeprefix(str(path)).partition(" ")[0] for line in all_cases.value.mistakes] == [":8:53:", ":9:16:"]
+
+
+def test_domains_of_ships_stand_in_files(tmp_path: Path) -> None:
+    """A polygon that turns with the motion is kept clear of: it is longer ahead than astern."""
+    text = sample_data("imazu.yaml").read_text().replace("    radius: 845\n", DOMAIN)
+    (tmp_path / "domains.yaml").write_text(text)
+    scenario = read_scenario(tmp_path / "domains.yaml", 1)
+    run = simulate(scenario, method("vo"))
+    assert scenario.obstacles[0].heading == "motion"
+    assert metrics.min_clearance(run) >= 0.0
+    assert metrics.closest_approach(run) < 845.0
 
 
 def test_every_case_is_a_seed(tmp_path: Path) -> None:

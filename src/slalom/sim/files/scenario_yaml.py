@@ -58,12 +58,25 @@ def read_scenario(path: Path | str, seed: int = 0) -> Scenario:
 
 
 def read_scenarios(path: Path | str) -> list[Scenario]:
-    """Return the scenarios of all cases of a YAML file; the only one of a file without. Raises as `read_scenario`."""
+    """Return the scenarios of all cases of a YAML file; the only one of a file without.
+
+    Raises:
+        InvalidFile: the mistakes of all cases, each once, as `read_scenario`.
+    """
     path = Path(path)
     root, content = _composed(path)
     if not _has_cases(content):
         return [_scenario(path, root, content)]
-    return [_case(path, root, case) for case in _cases(path, root, content)]
+    found: list[Scenario] = []
+    mistakes: list[str] = []
+    for case in _cases(path, root, content):
+        try:
+            found.append(_case(path, root, case))
+        except InvalidFile as error:
+            mistakes += error.mistakes
+    if mistakes:
+        raise InvalidFile(first_of(path, in_order(path, list(dict.fromkeys(mistakes))), MAX_MISTAKES))
+    return found
 
 
 def _composed(path: Path) -> tuple[Node | None, Any]:
@@ -127,7 +140,7 @@ def _replaced(node: MappingNode, by: MappingNode) -> MappingNode:
 def files_of(path: Path) -> list[Path]:
     """Return a valid scenario file and the files of the recordings that it names, if any."""
     content = compose(path)[1]
-    named = [one.get("recording", {}).get("file") for one in (content, *content.get("cases", ()))]
+    named = [(one.get("recording") or {}).get("file") for one in (content, *content.get("cases", ()))]
     found = [formats.files_of(path.parent / name) for name in dict.fromkeys(named) if name is not None]
     return [path, *(file for files in found for file in files)]
 
