@@ -237,6 +237,24 @@ def test_well_clear_is_lost_when_daidalus_says() -> None:
     assert metrics.loss_of_well_clear(straight) == pytest.approx(after - first, abs=2 * CLEAR_STEP)
 
 
+@pytest.mark.parametrize("case", range(4))
+def test_intruders_of_daidalus_are_the_volume_of_well_clear(case: int) -> None:
+    """At the initial velocities no place outside of the obstacle, grown by robot and margin, is one without."""
+    scenario = load(str(sample_data("daidalus.yaml")), seed=case)
+    (intruder,) = scenario.obstacles
+    relative = intruder.trajectory.initial_velocity - scenario.robot.state.velocity
+    places = np.random.default_rng(case).uniform(-18000.0, 18000.0, (40_000, 2))
+    lost = not_well_clear(-places, np.broadcast_to(relative, places.shape))
+    ends, axis = np.array(intruder.shape.parts[0].corners), relative / np.linalg.norm(relative)
+    assert axis @ (ends[1] - ends[0]) == pytest.approx(35.0 * np.linalg.norm(relative), rel=1e-4)
+    along = np.clip(places @ axis, 0.0, float(axis @ ends[1]))
+    distance = np.linalg.norm(places - along[:, None] * axis, axis=1)
+    assert lost.sum() > 100
+    assert np.all(
+        distance[lost] < intruder.shape.parts[0].radius + scenario.robot.shape.bounding_radius + scenario.margin
+    )
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Scenario files with cases.
 
