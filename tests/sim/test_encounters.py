@@ -17,7 +17,7 @@ from slalom import ConstantVelocity, InvalidFile, InvalidInput, Obstacle, Polygo
 from slalom.io.table import sample_data
 from slalom.sim import Recording, compare, load, metrics, read_scenario, simulate
 from slalom.sim.files.scenario_writer import scenario_text
-from slalom.sim.files.scenario_yaml import count_of_cases, read_scenarios
+from slalom.sim.files.scenario_yaml import count_of_cases, files_of, read_scenarios
 from slalom.sim.measure.encounters import CLEAR_STEP, COURSE_RATE, WELL_CLEAR, encounter, not_well_clear
 
 ROOT = Path(__file__).parents[2]
@@ -309,6 +309,16 @@ def test_a_mistake_in_a_case_has_its_place(tmp_path: Path) -> None:
     with pytest.raises(InvalidFile) as all_cases:
         compare(str(path), ["nao"], 1)
     assert [line.removeprefix(str(path)).partition(" ")[0] for line in all_cases.value.mistakes] == [":8:53:", ":9:16:"]
+
+
+def test_a_result_depends_on_the_recordings_of_all_cases(tmp_path: Path) -> None:
+    """A sweep refuses to go on when one of them has changed."""
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.csv").write_text("t,id,x,y\n0,1,3,3\n9,1,9,9\n")
+    cases = "recording: {file: one.csv, radius: 0.3}\ncases:\n  - {}\n  - {recording: {file: two.csv}}\n"
+    (tmp_path / "a.yaml").write_text(WHOLE[1] + "\n" + cases)
+    assert [len(scenario.obstacles) for scenario in read_scenarios(tmp_path / "a.yaml")] == [1, 1]
+    assert [path.name for path in files_of(tmp_path / "a.yaml")] == ["a.yaml", "one.csv", "two.csv"]
 
 
 def test_domains_of_ships_stand_in_files(tmp_path: Path) -> None:
