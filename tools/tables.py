@@ -3,6 +3,7 @@
     python tools/tables.py                            # renders every table from its kept runs
     python tools/tables.py --make NAME --store DIR    # makes all runs of a table first; DIR keeps finished runs
     python tools/tables.py --make fleets --data DIR   # DIR has the test cases of other projects
+    python tools/tables.py --make encounters          # out/dnv.yaml is of tools/dnv_encounters.py
 
 The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study, or a chart
 and its main rows, beside a CSV file of all rows. Other tables are between two comments that name them.
@@ -26,9 +27,10 @@ from typing import Any
 import portable
 
 from slalom.cli.report import page_text
+from slalom.io.table import sample_data
 from slalom.peers import contender
 from slalom.sim import Row, compare_all
-from slalom.sim.sweep.case import is_cases, is_deterministic, is_guided, run_one, versions
+from slalom.sim.sweep.case import is_cases, is_deterministic, is_file, is_guided, run_one, versions
 from slalom.sim.sweep.store import Store
 from slalom.sim.sweep.study import Study, aggregate, cases_of, read_study
 
@@ -220,6 +222,16 @@ def decimals(key: str, digits: int) -> Callable[[str, str, Mapping[str, Any]], s
     return lambda scenario, method, row: "-" if row[key] is None else f"{row[key]:.{digits}f}"
 
 
+def count(metric: str) -> Callable[[str, str, Mapping[str, Any]], str]:
+    """A column "21 of 22" of the runs in which a metric is 1 and not 0."""
+    return lambda scenario, method, row: f"{row['metrics'][metric]['mean'] * row['runs']:.0f} of {row['runs']}"
+
+
+def extreme(metric: str, which: int, digits: int) -> Callable[[str, str, Mapping[str, Any]], str]:
+    """A column with the least (0) or the largest (1) value of a metric."""
+    return lambda scenario, method, row: f"{row['metrics'][metric]['range'][which]:.{digits}f}"
+
+
 def share(key: str) -> Callable[[str, str, Mapping[str, Any]], str]:
     """A column "12 of 20 (39-78 %)"; without an interval where all runs are the same."""
 
@@ -241,6 +253,11 @@ BEST: Mapping[str, Mapping[str, float]] = {
 }
 """The best settings of the baselines in `roundabout_crossing`, of benchmarks/results/best_settings.csv."""
 ORCA = ("orca", "orca_limited", "orca_inflated")
+ENCOUNTER_METRICS = ("closest_approach", "time_to_closest_approach", "course_changes", "side", "loss_of_well_clear")
+ENCOUNTERS = {"imazu.yaml": 926.0, "dnv.yaml": 500.0, "daidalus.yaml": 1222.0}
+"""[m] The least distance to keep between the centres, by file of encounters."""
+WITHIN = 1.0
+"""[m] By which a distance may be less and counts as kept."""
 TABLES = (
     Table(
         "roundabout_crossing",
@@ -277,6 +294,32 @@ TABLES = (
             "mean arrival, s": decimals("time", 2),
         },
     ),
+    Table(
+        "encounters",
+        "docs/encounters.md",
+        tuple(
+            Row(str(path), {}, ("nao", "nlvo", "vo", "avo", "ao", "nao@observed_velocity"), cases, ENCOUNTER_METRICS)
+            for path, cases in (
+                (sample_data("imazu.yaml"), 22),
+                (ROOT / "out" / "dnv.yaml", 20),
+                (sample_data("daidalus.yaml"), 4),
+            )
+        ),
+        {
+            "encounters": lambda scenario, method, row: scenario.removesuffix(".yaml"),
+            "method": lambda scenario, method, row: f"`{method}`",
+            "keep the distance": count("kept"),
+            "arrived": lambda scenario, method, row: f"{row['runs_all_arrived']} of {row['runs']}",
+            "keep the sides": count("side"),
+            "course changes, most": extreme("course_changes", 1, 0),
+            "closest approach, least m": extreme("closest_approach", 0, 0),
+            "loss of well clear, most s": lambda scenario, method, row: (
+                extreme("loss_of_well_clear", 1, 1)(scenario, method, row) if scenario == "daidalus.yaml" else "-"
+            ),
+            "mean arrival, s": decimals("time", 0),
+        },
+        (*FIELDS, *ENCOUNTER_METRICS),
+    ),
 )
 
 
@@ -298,14 +341,15 @@ STUDIES = (
 
 def scenario_text(row: Row) -> str:
     """A scenario with its settings, as on the command line; for a file its name without the folder."""
-    name = Path(row.name).name if is_cases(row.name) else row.name
+    name = Path(row.name).name if is_cases(row.name) or is_file(row.name) else row.name
     return " ".join([name, *(f"{name}={value:g}" for name, value in row.settings.items())])
 
 
 def line(scenario: str, method: str, seed: int, result: Mapping[str, Any], fields: Sequence[str] = FIELDS) -> Run:
     """The line of a run in the file of runs."""
+    values = {**result.get("metrics", {}), **result}
     return {"scenario": scenario, "method": method, "seed": str(seed)} | {
-        name: _text(result[name]) for name in fields[3:]
+        name: _text(values[name]) for name in fields[3:]
     }
 
 
@@ -371,14 +415,18 @@ def kept(table: Table | StudyPage) -> list[Run]:
 def again(row: Row, method: str, seeds: Iterable[int], fields: Sequence[str] = FIELDS) -> list[Run]:
     """The lines of runs, made now."""
     with portable.processes(1) as pool:
-        made = [(seed, pool.submit(run_one, row.scenario, row.settings, method, seed)) for seed in seeds]
+        task = (run_one, row.scenario, row.settings, method)
+        made = [(seed, pool.submit(*task, seed, row.metrics)) for seed in seeds]
         return [line(scenario_text(row), method, seed, run.result(), fields) for seed, run in made]
 
 
 def rendered(table: Table, runs: Iterable[Run]) -> str:
     """The Markdown of a table from its runs."""
     lines = [f"| {' | '.join(table.columns)} |", "|---" * len(table.columns) + "|"]
-    same = {scenario_text(row): is_deterministic(row.scenario, row.settings) for row in table.rows}
+    # Files have cases, which differ.
+    same = {
+        scenario_text(row): not is_file(row.name) and is_deterministic(row.scenario, row.settings) for row in table.rows
+    }
     for (scenario, method), group in groupby(runs, key=lambda run: (run["scenario"], run["method"])):
         found = aggregate([_result(run) for run in group], same[scenario])
         lines.append(f"| {' | '.join(cell(scenario, method, found) for cell in table.columns.values())} |")
@@ -395,6 +443,10 @@ def _result(run: Run) -> dict[str, Any]:
         "foresight": run.get("foresight"),
         "jerk": float(run["jerk"]) if run.get("jerk") else None,
     }
+    found = {name: float(run[name]) if run[name] else None for name in ENCOUNTER_METRICS if name in run}
+    if found:
+        kept_distance = (found["closest_approach"] or 0.0) >= ENCOUNTERS[run["scenario"]] - WITHIN
+        more["metrics"] = {**found, "kept": float(kept_distance)}
     return {**counts, **numbers, **more, "statuses": {}}
 
 

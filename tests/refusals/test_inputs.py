@@ -1031,6 +1031,14 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"seeds: expected at most 1, the cases of .*a\.csv; found 2": reading(
         lambda path: compare(str(path), ["nao"], 2), "a.csv", CADRL
     ),
+    r"seed: expected 0 to 0, the cases of .*a\.yaml; found 1": reading(
+        lambda path: read_scenario(path, 1), "a.yaml", "cases: [{name: a}]"
+    ),
+    r"seeds: expected at most 1, the cases of .*a\.yaml; found 2": reading(
+        lambda path: compare(str(path), ["nao"], 2),
+        "a.yaml",
+        MINIMAL.replace("GOAL", "position: [9, 0]") + "\ncases: [{name: a}]",
+    ),
     r"seed: expected 0 to 0, the cases of .*a\.csv; found 1": reading(
         lambda path: drawn(str(path), seed=1), "a.csv", CADRL
     ),
@@ -1369,6 +1377,9 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"none.a\.csv: expected a file that can be written, found ": lambda folder: write_recording(
         folder / "none" / "a.csv", RecordedTracks({"1": Agent(Sampled([0, 1], np.eye(2)))}), "csv"
     ),
+    r"a\.yaml:1:8: cases: expected at least 1 entries, found 0": reading(read_scenario, "a.yaml", "cases: []"),
+    r"a\.yaml:1:9: cases\.0: expected a mapping, found 3": reading(read_scenario, "a.yaml", "cases: [3]"),
+    r"a\.yaml:1:9: cases: expected a list, found 3": reading(read_scenario, "a.yaml", "cases:  3"),
     r"a\.yaml: expected a scenario, found a study, which `slalom compare` runs": reading(
         read_scenario, "a.yaml", "scenarios: [{scenario: empty}]\n"
     ),

@@ -24,7 +24,7 @@ from slalom.io.pedestrians import read_cases
 from slalom.io.table import read_polynomials, read_tracks
 from slalom.sim import Recording
 from slalom.sim.files.recorded_traffic import crossing, read_recorded
-from slalom.sim.files.scenario_yaml import read_scenario
+from slalom.sim.files.scenario_yaml import read_scenario, read_scenarios
 from slalom.sim.sweep.study import read_study
 
 STUDY = "title: two\ntext: a text\nseeds: 2\nmethods: [nao, rvo]\nscenarios:\n  - scenario: head_on\n"
@@ -77,6 +77,7 @@ KINDS = {
     **{name: of_format(name) for name in SAMPLES},
     "scenario": Good("a.yaml", write_scenario, (read_scenario,)),
     "group": Good("a.yaml", text(GROUP), (read_scenario,)),
+    "scenarios": Good("a.yaml", text(GROUP + "cases:\n  - {name: a}\n  - {duration: 3}\n"), (read_scenarios,)),
     "study": Good("a.yaml", text(STUDY), (read_study,)),
     "polynomials": Good("a.csv", text("duration,x^0,x^1,y^0,y^1\n1,0,1,0,0\n2,1,1,0,0.5\n"), (read_polynomials,)),
     "cases": Good(
@@ -90,7 +91,7 @@ KINDS = {
 """Every kind of files that slalom reads."""
 
 CHUNKS, MUTATIONS = 25, 5
-"""Runs of the test for each kind, and changed files of each: 2000 of the 16 kinds."""
+"""Runs of the test for each kind, and changed files of each: 2000 of the 17 kinds."""
 
 WORDS = (
     *(b"", b"\0", b"\n", b"\r", b" ", b",", b'"', b"'", b"-", b"#", b":", b"[", b"{", b"}", b"<", b">", b"&a ", b"*a"),

@@ -420,11 +420,18 @@ def test_metrics_of_all_robots_count_every_robot() -> None:
     assert metrics.spl(through, "left") == 0.0  # it collides with the other robot
 
 
+OF_OTHERS = (
+    *("clearing_distance", "min_time_to_collision"),
+    *("closest_approach", "time_to_closest_approach", "loss_of_well_clear"),
+)
+"""Metrics of one robot that count other robots."""
+
+
 @pytest.mark.parametrize("name", [name for name, f in METRICS.items() if "robot" in inspect.signature(f).parameters])
 def test_a_metric_of_one_robot_of_a_fleet_needs_its_name(name: str) -> None:
     run = pair(STRAIGHT, driven([(0, 0)] * 4, position=(0.0, 50.0), speed=(1.0, 0.0)))
     expected = METRICS[name](STRAIGHT)
-    if name not in ("clearing_distance", "min_time_to_collision"):  # the other robot counts there
+    if name not in OF_OTHERS:
         assert METRICS[name](run, "left") == METRICS[name](run, 0) == expected
     with pytest.raises(
         InvalidInput, match=r"robot: expected the name or number of one of 2 robots \('left', 'right'\)"

@@ -154,14 +154,14 @@ def compare(
     ----------
     scenarios
         Names from `slalom list scenarios`, .yaml files, .csv files of test cases (case,agent,x,y,goal_x,goal_y,
-        pref_speed,radius), or study files, which list scenarios, settings and methods. Also sample:study.yaml.
+        pref_speed,radius), or study files (sample:study.yaml). Seeds are the cases of a file (sample:imazu.yaml).
     settings
         NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
     methods
         Names from `slalom list methods`, separated by commas; by default those of the study, or vo,nlvo,avo,ao,nao.
         Methods of other authors take parameters, as in orca:horizon=5:neighbours=10.
     seeds
-        Number of seeds per scenario; by default as in the study, or 100.
+        Number of seeds per scenario; by default as in the study, or 100, or all cases of a file with fewer.
     metrics
         Names from `slalom list metrics`, separated by commas: further columns; by default those of the study.
     only

@@ -20,6 +20,7 @@ from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.patterns import GOALS, LAYOUTS
 from slalom.sim.files.schema import (
+    CasesSpec,
     GoalSpec,
     GroupGoalSpec,
     GroupSpec,
@@ -84,6 +85,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "passive_safety": "1: hidden agents touch the robot at rest only, 2: visible ones as well, 0: neither",
         "period": "[m] after which the world repeats along each axis, .inf where it does not",
     },
+    "CasesSpec": {"cases": "keys of the scenario that differ; the seed is the number of the case, from 0"},
     "RobotSpec": {
         **ROBOT_KEYS,
         "position": "[m] at the start",
@@ -199,6 +201,7 @@ class Key(NamedTuple):
 
 MAPPINGS: Final[Mapping[str, Mapped]] = {
     "scenario": Mapped("A scenario", ScenarioSpec),
+    "cases": Mapped("A scenario file with cases: also", CasesSpec),
     "robot": Mapped("A robot", RobotSpec),
     "group": Mapped("A group of robots", GroupSpec),
     "group_goal": Mapped("The goals of a group", GroupGoalSpec),

@@ -29,6 +29,7 @@ CONSTANTS: Final = {
     "PROGRESS_DISTANCE": "m",
     "PROGRESS_TIME": "s",
     "PERSONAL_SPACE": "m",
+    "COURSE_RATE": "rad/s",
 }
 """Units of the constants in the docstrings and formulas of metrics."""
 
@@ -162,12 +163,14 @@ def table_text(result: dict[str, Any]) -> str:
 
 
 def _metric(row: dict[str, Any], name: str) -> str:
-    """Format the mean of a metric with its confidence interval; "-" where it has no value."""
+    """Format the mean of a metric with its confidence interval and range; "-" where it has no value."""
     found = row.get("metrics", {}).get(name)
     if found is None or found["mean"] is None:
         return "-"
-    interval = "" if found["interval"] is None else f" ({found['interval'][0]:.4g}-{found['interval'][1]:.4g})"
-    return f"{found['mean']:.4g}{interval}"
+    if found["interval"] is None:
+        return f"{found['mean']:.4g}"
+    (low, high), (least, most) = found["interval"], found["range"]
+    return f"{found['mean']:.4g} ({low:.4g}-{high:.4g}), {least:.4g} to {most:.4g}"
 
 
 def page_text(

@@ -126,7 +126,7 @@ def run(
         Knowledge of the method about obstacles: recorded, present, observed, observed_velocity or observed_turn (see
         `slalom list foresights`); the same as NAME@FORESIGHT. By default that of the method.
     seed
-        Seed of random scenarios.
+        Seed of random scenarios; the number of the case, from 0, of a file with cases.
     out
         Write the run to this file, also if it exists. A .h5 file holds all data for a replay. A .csv, .ndjson
         (TrajNet++) or .sqlite (JuPedSim) file holds the tracks only; frames of the last two count from the start.
@@ -311,7 +311,7 @@ def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole 
     settings
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     seed
-        Seed of random scenarios.
+        Seed of random scenarios; the number of the case, from 0, of a file with cases.
     """
     from slalom.sim import load
     from slalom.sim.files.scenario_writer import scenario_text

@@ -59,7 +59,7 @@ def view(
         A name from `slalom list methods`, or NAME@FORESIGHT; by default nao, in recordings nao_ahead. A run is
         replayed; with a method or settings, its scenario is run again.
     seed
-        Seed of random scenarios.
+        Seed of random scenarios; the number of the case, from 0, of a file with cases.
     at
         In a recording: start time [s] of the robot or the replay, in the time of the recording; by default the first.
     agent

@@ -305,6 +305,8 @@ SAMPLES: Final[Mapping[str, str]] = {
     "fleet.yaml": "Groups of robots: on a circle, in a grid and at random places.",
     "hall.yaml": "A robot follows a path between walls, a shelf, a trolley and a person.",
     "recorded.yaml": "A robot in a recording, as a scenario file.",
+    "imazu.yaml": "Imazu's 22 encounters of ships, as the cases of one file.",
+    "daidalus.yaml": "Four encounters of aircraft of NASA's DAIDALUS, as the cases of one file.",
     "study.yaml": "A study: two methods in two scenarios.",
     "roundabout_ring_11.csv": "A recording of 30 cars in a roundabout.",
 }

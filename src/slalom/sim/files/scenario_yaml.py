@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
+from ruamel.yaml.nodes import MappingNode, Node
 
 from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
@@ -20,6 +21,7 @@ from slalom.obstacle.periodic import checked_period
 from slalom.sim.files.parts import Place, built
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import (
+    CasesSpec,
     GroupSpec,
     HalfSpaceSpec,
     ObstacleSpec,
@@ -30,22 +32,63 @@ from slalom.sim.files.schema import (
     is_group,
     robots_of,
 )
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, in_order, messages
+from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, content_of, in_order, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers, unfit_times, whole_periods
 
 M = TypeVar("M", bound=BaseModel)
 
 
-def read_scenario(path: Path | str) -> Scenario:
-    """Return the scenario of a YAML file.
+def read_scenario(path: Path | str, seed: int = 0) -> Scenario:
+    """Return the scenario of a YAML file; of a file with `cases` the case of that number, from 0.
+
+    The keys of a case replace those of the file: mappings key by key, all other values as a whole.
 
     Raises:
-        InvalidFile: one line `file:line:column: KEY: expected ..., found ...` for each mistake.
+        InvalidFile: one line `file:line:column: KEY: expected ..., found ...` for each mistake. InvalidInput: no such
+            case.
     """
     path = Path(path)
+    root, content = _composed(path)
+    if not _has_cases(content):
+        return _scenario(path, root, content)
+    cases = _cases(path, root, content)
+    if not 0 <= seed < len(cases):
+        raise InvalidInput(f"seed: expected 0 to {len(cases) - 1}, the cases of {path}; found {seed}")
+    return _case(path, root, cases[seed])
+
+
+def read_scenarios(path: Path | str) -> list[Scenario]:
+    """Return the scenarios of all cases of a YAML file; the only one of a file without.
+
+    Raises:
+        InvalidFile: the mistakes of all cases, each once, as `read_scenario`.
+    """
+    path = Path(path)
+    root, content = _composed(path)
+    if not _has_cases(content):
+        return [_scenario(path, root, content)]
+    found: list[Scenario] = []
+    mistakes: list[str] = []
+    for case in _cases(path, root, content):
+        try:
+            found.append(_case(path, root, case))
+        except InvalidFile as error:
+            mistakes += error.mistakes
+    if mistakes:
+        raise InvalidFile(first_of(path, in_order(path, list(dict.fromkeys(mistakes))), MAX_MISTAKES))
+    return found
+
+
+def _composed(path: Path) -> tuple[Node | None, Any]:
+    """Return the nodes and the content of a scenario file. Raises InvalidFile for a study."""
     root, content = compose(path)
     if isinstance(content, dict) and "scenarios" in content and not {"robot", "robots"} & content.keys():
         raise InvalidFile([f"{path}: expected a scenario, found a study, which `slalom compare` runs"])
+    return root, content
+
+
+def _scenario(path: Path, root: Node | None, content: Any) -> Scenario:
+    """Return the scenario of the nodes and the content of a file, or of a case."""
     mistakes = messages(path, root, content, ScenarioSpec)
     parts = _Parts(path, root)
     scenario = parts.assemble(content) if isinstance(content, dict) else None
@@ -55,10 +98,51 @@ def read_scenario(path: Path | str) -> Scenario:
     return scenario
 
 
+def count_of_cases(path: Path | str) -> int | None:
+    """Return the number of cases of a scenario file; None for a file without. Raises InvalidFile for invalid cases."""
+    root, content = compose(Path(path))
+    return len(_cases(Path(path), root, content)) if _has_cases(content) else None
+
+
+def _has_cases(content: Any) -> bool:
+    return isinstance(content, dict) and "cases" in content
+
+
+def _cases(path: Path, root: Node | None, content: dict[str, Any]) -> list[MappingNode]:
+    """Return the nodes of the cases of a file. Raises InvalidFile if they are no list of mappings."""
+    if mistakes := messages(path, root, {"cases": content["cases"]}, CasesSpec):
+        raise InvalidFile(first_of(path, mistakes, MAX_MISTAKES))
+    assert isinstance(root, MappingNode)
+    listed: list[MappingNode] = next(value for key, value in root.value if key.value == "cases").value
+    return listed
+
+
+def _case(path: Path, root: Node | None, case: MappingNode) -> Scenario:
+    """Return the scenario of a file with the keys of a case in place of its own; each node keeps its place."""
+    assert isinstance(root, MappingNode)
+    shared = MappingNode(root.tag, [pair for pair in root.value if pair[0].value != "cases"], root.start_mark)
+    nodes = _replaced(shared, case)
+    return _scenario(path, nodes, content_of(nodes))
+
+
+def _replaced(node: MappingNode, by: MappingNode) -> MappingNode:
+    """Return a mapping with the values of another in place of its own: mappings key by key, others as a whole."""
+    own: dict[str, tuple[Node, Node]] = {key.value: (key, value) for key, value in node.value}
+    for key, value in by.value:
+        former = own[key.value][1] if key.value in own else None
+        if isinstance(former, MappingNode) and isinstance(value, MappingNode):
+            own[key.value] = (key, _replaced(former, value))
+        else:
+            own[key.value] = (key, value)
+    return MappingNode(node.tag, list(own.values()), node.start_mark)
+
+
 def files_of(path: Path) -> list[Path]:
-    """Return a valid scenario file and the files of the recording that it names, if any."""
-    recording = compose(path)[1].get("recording")
-    return [path] if recording is None else [path, *formats.files_of(path.parent / recording["file"])]
+    """Return a valid scenario file and the files of the recordings that it names, if any."""
+    content = compose(path)[1]
+    named = [(one.get("recording") or {}).get("file") for one in (content, *content.get("cases", ()))]
+    found = [formats.files_of(path.parent / name) for name in dict.fromkeys(named) if name is not None]
+    return [path, *(file for files in found for file in files)]
 
 
 def _stem(path: Path) -> str:

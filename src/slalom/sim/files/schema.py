@@ -478,3 +478,9 @@ class ScenarioSpec(_Decided):  # type: ignore[misc]  # derived
     hidden_speed: NotNegative = 0.0
     passive_safety: NotNegative = 0.0
     period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
+
+
+class CasesSpec(Model):
+    """Scenarios of one file: the mappings of keys that differ, one for each seed."""
+
+    cases: list[dict[str, Any]] = Field(min_length=1)

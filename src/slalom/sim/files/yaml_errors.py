@@ -46,13 +46,18 @@ def compose(path: Path) -> tuple[Node | None, Any]:
         root = YAML(typ="safe").compose(text)
         _refuse_size(path, root)
         _refuse_values(path, root)
-        return root, None if root is None else YAML(typ="safe").constructor.construct_document(root)
+        return root, content_of(root)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
         raise InvalidFile([f"{place}: expected YAML, found a mistake: {error.problem or error.context}"]) from None
     except YAMLError as error:
         raise InvalidFile([f"{path}: expected YAML, found {' '.join(str(error).split())}"]) from None
+
+
+def content_of(root: Node | None) -> Any:
+    """Return the content of the nodes of a YAML file; None without nodes."""
+    return None if root is None else YAML(typ="safe").constructor.construct_document(root)
 
 
 def _refuse_depth(path: Path, text: str) -> None:

@@ -23,6 +23,14 @@ from slalom.sim.measure.closest_approach import (
     positions_at,
     single_robot_view,
 )
+from slalom.sim.measure.encounters import (
+    COURSE_RATE as COURSE_RATE,
+    closest_approach,
+    course_changes,
+    loss_of_well_clear,
+    side,
+    time_to_closest_approach,
+)
 from slalom.sim.measure.recording import Recording, RunSummary, Which
 from slalom.sim.shape_distance import clearances
 
@@ -486,6 +494,11 @@ METRICS: Final = Registry[Callable[[Recording], float]](
             side_flips,
             heading_variation,
             changed_choices,
+            closest_approach,
+            time_to_closest_approach,
+            course_changes,
+            side,
+            loss_of_well_clear,
         )
     },
 )

@@ -18,7 +18,7 @@ from slalom.decision.objective import OBJECTIVES
 from slalom.io import pedestrians
 from slalom.io.pedestrians import Case as CrowdCase
 from slalom.peers import Peer, contender
-from slalom.sim.files.scenario_yaml import files_of, read_scenario
+from slalom.sim.files.scenario_yaml import count_of_cases, files_of, read_scenario, read_scenarios
 from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
 from slalom.sim.gallery.fleets import cadrl
 from slalom.sim.measure.metrics import METRICS, extra_time, finite, summary
@@ -53,10 +53,10 @@ def case_of(name: str, cases: Sequence[CrowdCase], settings: Mapping[str, float]
     return replace(scenario, parameters={**scenario.parameters, **settings})
 
 
-def refuse_more(name: str, cases: Sequence[CrowdCase], seeds: int) -> None:
+def refuse_more(name: str, count: int, seeds: int) -> None:
     """Raise InvalidInput if a study has more seeds than the file has cases."""
-    if seeds > len(cases):
-        raise InvalidInput(f"seeds: expected at most {len(cases)}, the cases of {name}; found {seeds}")
+    if seeds > count:
+        raise InvalidInput(f"seeds: expected at most {count}, the cases of {name}; found {seeds}")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -141,6 +141,8 @@ def canonical(content: Any) -> str:
 def load(name: Source, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
     """Return the scenario of a gallery name or entry, of a file for a name that ends in .yaml or .yml, or itself.
 
+    The seed is that of a random scenario, and the number of the case of a file with cases.
+
     Raises:
         InvalidInput: an unknown name or setting; something else than a scenario. InvalidFile: mistakes in the file.
     """
@@ -151,14 +153,21 @@ def load(name: Source, settings: Mapping[str, float] | None = None, *, seed: int
     if not isinstance(name, str):
         raise InvalidInput(f"scenario: expected a name, an Entry or a Scenario, found {shown(name)}")
     if is_file(name):
-        return read_scenario(name).with_settings(settings or {})
+        return read_scenario(name, seed).with_settings(settings or {})
     if name not in GALLERY and os.path.isfile(name):
         raise InvalidInput(f"scenario: expected a .yaml file or a name of the gallery, found {name!r}, of another kind")
     return build_gallery(known(name, "scenario", list(GALLERY), "a .yaml file or "), settings, seed=seed)
 
 
+def count_of(name: Source) -> int | None:
+    """Return the number of cases of a file of test cases or of a scenario file with cases; None for anything else."""
+    if not isinstance(name, str):
+        return None
+    return len(pedestrians.read_cases(name)) if is_cases(name) else count_of_cases(name) if is_file(name) else None
+
+
 def drawn(name: Source, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """Return the scenario of a study with a seed: as `load`, or the case of that number of a file of test cases.
+    """Return the scenario of a study with a seed: as `load`, or the case of that number of a CSV file.
 
     Raises:
         InvalidInput: as `load`; no such case. InvalidFile: mistakes in the file.
@@ -173,7 +182,7 @@ def is_deterministic(name: Source, settings: Mapping[str, float] | None = None) 
 
     False also for a scenario that cannot be compared, such as one with a Python function.
     """
-    if isinstance(name, str) and is_cases(name):
+    if isinstance(name, str) and (is_cases(name) or count_of(name) is not None):
         return False
     one, two = (drawn(name, settings, seed=seed) for seed in (0, 1))
     if any(getattr(one, setting) for setting in RANDOM):
@@ -229,9 +238,11 @@ def named_metrics(metrics: Sequence[Metric]) -> dict[str, Callable[[Recording], 
     return found
 
 
-def run_one(name: str, settings: Mapping[str, float], method: str, seed: int) -> dict[str, Any]:
+def run_one(
+    name: str, settings: Mapping[str, float], method: str, seed: int, metrics: Sequence[Metric] = ()
+) -> dict[str, Any]:
     """Return the summary of one run, see `measured`."""
-    return measured(drawn(name, settings, seed=seed), method, seed)
+    return measured(drawn(name, settings, seed=seed), method, seed, metrics)
 
 
 def run_case(case: Case) -> dict[str, Any] | Failure:
@@ -250,7 +261,8 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
         if is_cases(name):
             scenario = case_of(name, _read_cases(name, files), case.settings, case.seed)
         elif files:
-            scenario = _read(name, files).with_settings(case.settings)
+            found = _read(name, files)
+            scenario = found[case.seed if len(found) > 1 else 0].with_settings(case.settings)
         else:
             scenario = load(case.scenario, case.settings, seed=case.seed)
         return measured(scenario, case.method, case.seed, case.metrics)
@@ -259,11 +271,11 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
 
 
 @cache
-def _read(name: str, digests: tuple[str, ...]) -> Scenario:
-    """Return a scenario whose files have these digests, read once per process."""
-    scenario = read_scenario(name)
+def _read(name: str, digests: tuple[str, ...]) -> list[Scenario]:
+    """Return the scenarios of a file, whose files have these digests, read once per process."""
+    scenarios = read_scenarios(name)
     _refuse_others(name, digests)
-    return scenario
+    return scenarios
 
 
 @cache

@@ -15,10 +15,10 @@ from ruamel.yaml.nodes import Node
 from slalom.base.checks import did_you_mean, flag, has, known, listing, mapping, number, shown, text, whole
 from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.decision.methods import Method
-from slalom.io.pedestrians import read_cases
 from slalom.io.recorded import first_of
 from slalom.peers import CONTENDERS, Peer, contender
 from slalom.sim.files.parts import Model, Place
+from slalom.sim.files.scenario_yaml import read_scenarios
 from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, in_order, messages, where
 from slalom.sim.measure.metrics import METRICS, finite
 from slalom.sim.sweep.case import (
@@ -28,6 +28,7 @@ from slalom.sim.sweep.case import (
     Failure,
     Metric,
     Source,
+    count_of,
     drawn,
     is_cases,
     is_deterministic,
@@ -125,10 +126,14 @@ def aggregate(results: Sequence[Mapping[str, Any] | Failure], deterministic: boo
 def _metrics(
     rows: Sequence[Mapping[str, float | None]], interval: Callable[[Sequence[float]], list[float] | None]
 ) -> dict[str, Any]:
-    """Return mean and confidence interval of each metric over the runs in which it is finite."""
+    """Return mean, confidence interval, least and greatest value of each metric over the runs in which it is finite."""
     found = {name: [value for row in rows if (value := row[name]) is not None] for name in rows[0]}
     return {
-        name: {"mean": float(np.mean(values)) if values else None, "interval": interval(values)}
+        name: {
+            "mean": float(np.mean(values)) if values else None,
+            "interval": interval(values),
+            "range": [min(values), max(values)] if values else None,
+        }
         for name, values in found.items()
     }
 
@@ -153,13 +158,13 @@ def _failures(results: Sequence[Mapping[str, Any] | Failure]) -> list[dict[str, 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
 """Methods of a row that names none."""
 SEEDS: Final = 100
-"""[1] Seeds of a row that gives no number."""
+"""[1] Seeds of a row that gives no number; `named` takes all cases of a file that has fewer."""
 
 
 class Row(NamedTuple):
     """A scenario with settings, and the methods to compare on seeds 0, 1, ...
 
-    For a file of test cases, the seeds are the first cases. Scenario and methods are names or objects, metrics names or
+    For a file of cases, the seeds are the first cases. Scenario and methods are names or objects, metrics names or
     functions of a recording. A method with settings of its own is a row of its own: settings of slalom's methods are
     those of the scenario, and parameters of a peer belong to its name, as in orca:horizon=5.
     """
@@ -209,7 +214,7 @@ def compare(
         "..._interval" is the 95 % confidence interval of the share of runs, or of the mean time. "failures" are the
         reasons of runs without a result, each with its seeds. "guided" says whether guidance chooses the targets of
         robots. A value without data is None. With metrics,
-        {"metrics": {name: {"mean", "interval"}}} over the runs in which the value is finite.
+        {"metrics": {name: {"mean", "interval", "range"}}} over the runs in which the value is finite.
     """
     row = Row(name, {} if settings is None else settings, methods, seeds, metrics)
     return compare_all([row], jobs=jobs, backend=backend, store=store, adopt=adopt, progress=progress, note=note)[0]
@@ -308,8 +313,7 @@ def cases_of(row: Row) -> list[Case]:
     contenders = _contenders(row)
     metrics = {"metrics": metrics_content(row.metrics)} if row.metrics else {}
     scenario, name = drawn(row.scenario, settings), row.scenario
-    if isinstance(name, str) and is_cases(name):
-        refuse_more(name, read_cases(name), row.seeds)
+    _refuse_cases(row)
     if isinstance(name, str) and (is_file(name) or is_cases(name)):
         name = str(Path(name).resolve())
     content = scenario_content(row.scenario, settings, scenario)
@@ -329,6 +333,15 @@ def cases_of(row: Row) -> list[Case]:
         }
         cases += [Case(name, settings, given, seed, {**shared, "seed": seed}, row.metrics) for seed in range(row.seeds)]
     return cases
+
+
+def _refuse_cases(row: Row) -> None:
+    """Raise InvalidInput for more seeds than cases, InvalidFile for mistakes in any case of a scenario file."""
+    count = count_of(row.scenario)
+    if count is not None:
+        refuse_more(row.name, count, row.seeds)
+        for scenario in read_scenarios(row.name) if is_file(row.name) else ():
+            scenario.with_settings(row.settings)
 
 
 def _contenders(row: Row) -> dict[str, tuple[str | Method | Peer, Method | Peer]]:
@@ -504,7 +517,7 @@ def named(
         InvalidInput: no names, or no row with an existing file; a scenario in `only` that no row has; no such folder of
             data. InvalidFile: mistakes in a study.
     """
-    studies = [read_study(name, data) if is_study(name) else Study("", "", [Row(name)]) for name in names]
+    studies = [read_study(name, data) if is_study(name) else Study("", "", [_of_name(name)]) for name in names]
     if data is not None and not any(is_study(name) for name in names):
         raise InvalidInput(f"data: expected only with a study file, found it with {', '.join(names)}")
     every = [row for study in studies for row in (*study.rows, *study.left_out)]
@@ -536,6 +549,11 @@ def named(
     return study
 
 
+def _of_name(name: str) -> Row:
+    """Return the row of a scenario by name, with every case of a file if they are fewer than SEEDS."""
+    return Row(name, seeds=min(SEEDS, count_of(name) or SEEDS))
+
+
 def _called(row: Row) -> str:
     """Return the name of the scenario of a row in `only`."""
     return Path(row.name).name if is_cases(row.name) else row.name
@@ -545,8 +563,7 @@ def _unfit(path: Path, root: Node | None, k: int, row: Row) -> list[str]:
     """Return the mistakes in the scenario of a row, in its settings and in its number of cases."""
     try:
         drawn(row.scenario, row.settings)
-        if is_cases(row.name):
-            refuse_more(row.name, read_cases(row.name), row.seeds)
+        _refuse_cases(row)
     except InvalidFile as error:
         return error.mistakes
     except InvalidInput as error:
