@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from slalom.base.checks import (
     whole_numbers,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import REST
+from slalom.base.tolerances import REST, SAME_DIRECTION
 from slalom.forecast.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.forecast.linear import table_between, table_until
 from slalom.kernels.arrays import EVERY_WORLD, Bodies, Indices, Pieces, zero_records
@@ -43,13 +43,7 @@ from slalom.obstacle.pieces import (
     pieces_of_each,
     sum_of_shapes,
 )
-from slalom.obstacle.table import NO_CORNERS, at_horizon
-
-SAME_DIRECTION: Final = 0.7
-"""[1] Cosine of the angle between two velocities up to which one follows the other: 45 degrees.
-
-Larger: a robot is not ready for a leader on a bend that brakes. Smaller: it also waits for others that cross its way.
-"""
+from slalom.obstacle.table import NO_CORNERS, Outlines
 
 
 class Tracks:
@@ -270,19 +264,14 @@ class Tracks:
             times[k, : len(path.times)], points[k, : len(path.points)] = path.times, path.points
         return times, points
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
-        """All tracks after `horizon` [s] from the start, see `ObstacleTable.at_horizon`."""
-        rule, every = table_between(self.forecast, start - self.t, horizon, 1), np.arange(len(self))
-        if rule is None:
-            found = at_horizon(self.obstacles, every, start, start + horizon).each
-        else:
-            found = zero_records(ObstacleAtHorizon, len(self))
-            points = rule.points(self.states)
-            found["position"][:, : self.dimension], found["radius"] = points[:, -1, 3], self.radii
-            found["moved"][:, : self.dimension] = points[:, -1, 3] - points[:, 0, 0]
-            found["ball"], found["filled"] = self.radii, True
-        found["world"] = self.worlds
-        return every, AtHorizon(found, NO_CORNERS)
+    @property
+    def outlines(self) -> Outlines:
+        """The outlines of all tracks, see `ObstacleTable.outlines`."""
+        n = len(self)
+        each = zero_records(ObstacleAtHorizon, n)
+        each["radius"] = each["ball"] = self.radii
+        each["filled"], each["world"] = True, self.worlds
+        return Outlines(np.arange(n), np.ones(n, np.bool_), AtHorizon(each, NO_CORNERS))
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Bodies of the tracks, see `ObstacleTable.bodies`. Raises InvalidInput for tracks observed after `start`."""
