@@ -1,6 +1,5 @@
 """The tables from which one robot decides: what all its decisions have in common is made once."""
 
-from collections.abc import Sequence
 from ctypes import c_void_p, cast
 from dataclasses import replace
 from math import hypot
@@ -91,19 +90,15 @@ class Request(NamedTuple):
         return self.goal if self.step is None else self.step.goal
 
 
-def detours_of(request: Request, responses: Sequence[Response]) -> tuple[float, ...]:
+def detours_of(request: Request, patience: float) -> tuple[float, ...]:
     """The detours [rad] that a decision considers.
 
-    Those of the robot; by default DETOURS where it is held up and has responses that stop.
+    Those of the robot; by default DETOURS where it has been held up for its `patience` [s].
     """
-    robot, previous = request.robot, request.previous
-    last = None if previous is None else previous.approach
-    if robot.detours is not None or last is None:
-        return robot.detours or ()
-    if not any(isinstance(response, AccelerateThenStop | AccelerateThenBrake) for response in responses):
-        return ()
-    patient = HELD_UP_TIME * robot.limits.max_speed / robot.limits.max_acceleration
-    return DETOURS if request.now - last.paced >= patient else ()
+    if request.robot.detours is not None:
+        return request.robot.detours
+    last = None if request.previous is None else request.previous.approach
+    return () if last is None or request.now - last.paced < patience else DETOURS
 
 
 def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
@@ -245,6 +240,8 @@ class PolicyTables:
         self._margin = margin_among(method, margin, limits.max_acceleration, robot.period) if among else margin
         self._settings = robot.numbers(among=among)
         self._clearance = robot.margin + CONTACT_SLACK + float(self._table.each["error"].max())
+        stops = any(isinstance(one, AccelerateThenStop | AccelerateThenBrake) for one in self.responses)
+        self._patience = HELD_UP_TIME * limits.max_speed / limits.max_acceleration if stops else np.inf
         self._spare: dict[tuple[int, int, int], OwnTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
@@ -344,7 +341,7 @@ class PolicyTables:
         around = self.reach(state, others, enough)
         # Only costs of arrival count detours; those given by the user count all obstacles, also out of reach.
         given = self.robot.detours is not None
-        angles = detours_of(request, self.responses)
+        angles = detours_of(request, self._patience)
         counted = bool(angles) and arrives
         bodies = self._skeletons.grown_bodies(
             0, obstacles, detours=counted, around=None if given and counted else around
@@ -353,9 +350,11 @@ class PolicyTables:
             radius = self.robot.robot.bounding_radius + self.robot.margin
             fastest = max(limits.max_speed, hypot(*state.velocity))
             each, reach = bodies.at_horizon.each, fastest * self.robot.horizon
-            blocking, blocked = kernels.in_the_way(each, own.position, own.target, radius, reach)
-            angles = angles if blocked else ()
-            bodies = bodies._replace(at_horizon=bodies.at_horizon._replace(each=each[blocking]))
+            blocking = kernels.in_the_way(each, own.position, own.target, radius, reach)
+            if blocking.any():
+                bodies = bodies._replace(at_horizon=bodies.at_horizon._replace(each=each[blocking]))
+            else:
+                angles = ()
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
         held_up = bool(angles) and not given
         settings = self._settings._replace(

@@ -210,7 +210,11 @@ class ObstacleWindow:
             return NONE_AT_HORIZON
         found = joined_outlines([source.outlines for source in self._sources], self._counts)
         each, corners = found.at_horizon.each.copy(), found.at_horizon.corners.copy()
-        there = kernels.put_at_horizon(bodies, found.owner, found.moves, self.until, self.horizon, each, corners)
+        pieces = bodies.pieces
+        rows = pieces.times, pieces.points, pieces.turns, bodies.first_piece
+        there = kernels.put_at_horizon(
+            *(bodies.each, rows, bodies.now, found.owner, found.moves, self.until, self.horizon, each, corners)
+        )
         return AtHorizon(each if there.all() else each[there], corners)
 
     @property

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import SAME_DIRECTION
-from slalom.kernels.arrays import Array, Bodies, Flags, Indices, Records
+from slalom.kernels.arrays import Array, Body, Flags, Indices, Records
 from slalom.kernels.decision.bodies import is_elsewhere
 from slalom.kernels.decision.tables import DecisionTables, ObstacleAtHorizon, Scratch
 from slalom.kernels.decision.targets import earliest_arrival, target_state
@@ -18,7 +18,9 @@ EXISTS: Final = 1e-9
 
 @kernel
 def put_at_horizon(
-    bodies: Bodies,
+    bodies: Records[Body],
+    pieces: tuple[Array, Array, Array, Indices],
+    now: float,
     owner: Indices,
     moves: Flags,
     until: Array,
@@ -31,17 +33,18 @@ def put_at_horizon(
     Their places, displacements and directions come from the pieces of bodies, one of each obstacle.
 
     Args:
+        bodies: (b,), and their times, points, turns and first pieces, with the begin of the window [s], see `Bodies`.
         owner: (m,) numbers of obstacles. moves: (m,) which of them move. until: (o,) [s] see `ObstacleWindow`.
         horizon: [s].
         each: (m,) records, and `corners` (c, 4), of those that move about their positions, in their frames.
     """
-    pieces = bodies.pieces
-    d = pieces.points.shape[2]
-    turning = len(pieces.turns) > 0
+    times, points, turns, first_piece = pieces
+    d = points.shape[2]
+    turning = len(turns) > 0
     body = np.full(len(until), -1)
-    for b in range(len(bodies.each)):
-        if bodies.first_piece[b] < bodies.first_piece[b + 1]:
-            body[bodies.each[b].owner] = b
+    for b in range(len(bodies)):
+        if first_piece[b] < first_piece[b + 1]:
+            body[bodies[b].owner] = b
     there = np.zeros(len(owner), np.bool_)
     for k in range(len(owner)):
         last = until[owner[k]]
@@ -49,23 +52,23 @@ def put_at_horizon(
         if not (there[k] and moves[k]):
             continue
         b = body[owner[k]]
-        end = bodies.now + min(last, horizon)
-        if b < 0 or pieces.times[bodies.first_piece[b + 1] - 1, 1] < end - EXISTS:
+        end = now + min(last, horizon)
+        if b < 0 or times[first_piece[b + 1] - 1, 1] < end - EXISTS:
             there[k] = False
             continue
-        s = piece_at(pieces.times, bodies.first_piece[b], bodies.first_piece[b + 1], bodies.now)
-        t = piece_at(pieces.times, bodies.first_piece[b], bodies.first_piece[b + 1], end)
+        s = piece_at(times, first_piece[b], first_piece[b + 1], now)
+        t = piece_at(times, s, first_piece[b + 1], end)
         longer = horizon / min(last, horizon)
         for axis in range(d):
-            before = value_at(pieces.times, pieces.points, s, axis, bodies.now)
-            moved = longer * (value_at(pieces.times, pieces.points, t, axis, end) - before)
+            before = value_at(times, points, s, axis, now)
+            moved = longer * (value_at(times, points, t, axis, end) - before)
             each[k].moved[axis] = moved
-            each[k].position[axis] = before + moved - bodies.each[b].offset[axis]
+            each[k].position[axis] = before + moved - bodies[b].offset[axis]
         x = 1.0
         y = 0.0
         if turning:
-            x = value_at(pieces.times, pieces.turns, t, 0, end)
-            y = value_at(pieces.times, pieces.turns, t, 1, end)
+            x = value_at(times, turns, t, 0, end)
+            y = value_at(times, turns, t, 1, end)
             size = np.sqrt(x * x + y * y)
             x /= size
             y /= size
@@ -83,10 +86,14 @@ def put_at_horizon(
 @inlined
 def piece_at(times: Array, begin: int, end: int, t: float) -> int:
     """The piece from `begin` up to before `end` that holds time t; the first or the last one where none does."""
-    s = begin
-    while s + 1 < end and times[s, 1] <= t:
-        s += 1
-    return s
+    last = end - 1
+    while begin < last:
+        middle = (begin + last) // 2
+        if times[middle, 1] <= t:
+            begin = middle + 1
+        else:
+            last = middle
+    return begin
 
 
 @inlined
@@ -97,10 +104,8 @@ def value_at(times: Array, points: Array, s: int, axis: int, t: float) -> float:
 
 
 @kernel
-def in_the_way(
-    each: Records[ObstacleAtHorizon], position: Array, target: Array, around: float, reach: float
-) -> tuple[Flags, bool]:
-    """Which obstacles hold up a robot on its straight way to the target: (m,); whether one covers a part of the way.
+def in_the_way(each: Records[ObstacleAtHorizon], position: Array, target: Array, around: float, reach: float) -> Flags:
+    """Which obstacles hold up a robot on its straight way to the target: (m,); none if none covers a part of that way.
 
     Those at rest that cover a part of a straight way from a place within `reach` [m]. Those that move in the direction
     of the way, and that the robot may meet within its reach.
@@ -134,7 +139,7 @@ def in_the_way(
         beside = np.sqrt(max(away - along * along, 0.0) + squared(along - nearest))
         found[k] = (np.sqrt(away) if moved > 0.0 else beside) < size + reach
         blocked = blocked or (found[k] and beside < size)
-    return found, blocked
+    return found if blocked else np.zeros(len(each), np.bool_)
 
 
 @inlined
