@@ -13,16 +13,18 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, TIME
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.decision.fallback import is_moving
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.settings import SharedSettings
+from slalom.kernels.arrays import Indices
 from slalom.model.goal import Goal, refuse_stop
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
-from slalom.model.response import AccelerateThenBrake
+from slalom.model.response import AccelerateThenBrake, Velocity
 from slalom.model.shape import Capsule, Disc, Rectangle
 from slalom.model.state import State
-from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.obstacle.window import SHALLOW_OVERLAP, Obstacles, ObstacleWindow
 from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle
 
 GROWTHS: Final = (0.0, 0.5, 1.0)
@@ -43,6 +45,14 @@ TRACKING_RESERVE: Final = 0.1
 
 A plan that keeps exactly the margin is rejected if its vehicle is a little off. 0: most plans are rejected. Larger:
 gaps are missed; 1 is the bound of the error within a period.
+"""
+
+
+DEEPER: Final = tuple(SHALLOW_OVERLAP * 2.0**k for k in range(10))
+"""[m] How much deeper into overlapped obstacles a vehicle may get: the first with which a motion is clear.
+
+The first one is above the error of the pieces of a motion. More of them: such decisions take longer. Fewer: vehicles
+that cannot brake in time may be pressed into others.
 """
 
 
@@ -97,7 +107,8 @@ class VehicleNavigator(SharedSettings):
     several shapes about the point. The first one is a disc as wide as the body, larger ones follow, and the last disc
     contains the body at every heading. Then comes the body at its present heading. The first plan with a clear motion
     is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise a bicycle that may reverse leaves backwards.
-    Without a clear motion, the latest collision among all of them, and braking, is chosen.
+    Without a clear motion, the latest collision among all of them, and braking, is chosen. A body that overlaps an
+    obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
 
     Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
 
@@ -194,19 +205,28 @@ class VehicleNavigator(SharedSettings):
             found = self._judged(moment, previous.manoeuvre, None, previous.reverses_until)
             if found.collision == np.inf:
                 return found
+        overlapped = self._overlapped(moment)
+        if any(len(each) for each in overlapped):
+            return self._leaving(moment, overlapped)
         rejected: list[VehicleDecision] = []
-        for manoeuvre, plan in self._plans(moment):
-            if any(manoeuvre is other.manoeuvre for other in rejected):
-                continue
-            found = self._judged(moment, manoeuvre, plan)
+        for found in self._judged_plans(moment, leaves=False):
             if found.collision == np.inf:
+                plan = found.plan
                 stalled = plan is not None and plan.stalled >= self.reverse_after and self.vehicle.leaves_backwards
                 return (self._reversal(moment) if stalled and self._is_blocked(moment) else None) or found
             rejected.append(found)
-        return self._reversal(moment) or max(rejected, key=lambda one: one.collision)
+        return self._reversal(moment) or _latest(rejected)
 
-    def _plans(self, moment: Moment) -> Iterator[tuple[Manoeuvre, Decision | None]]:
-        """Manoeuvres of the point in the order in which they are tried."""
+    def _judged_plans(self, moment: Moment, leaves: bool) -> Iterator[VehicleDecision]:
+        """The decisions for different manoeuvres of the point, in the order of `_plans`."""
+        made: list[Manoeuvre] = []
+        for manoeuvre, plan in self._plans(moment, leaves):
+            if not any(manoeuvre is other for other in made):
+                made.append(manoeuvre)
+                yield self._judged(moment, manoeuvre, plan)
+
+    def _plans(self, moment: Moment, leaves: bool) -> Iterator[tuple[Manoeuvre, Decision | None]]:
+        """Manoeuvres of the point in the order in which they are tried; `leaves`: by a body that overlaps obstacles."""
         state = moment.state
         now = moment.now
         previous = moment.previous
@@ -218,12 +238,61 @@ class VehicleNavigator(SharedSettings):
             else:
                 # The shape overlaps an obstacle, which the body need not do.
                 unsafe.append(plan)
+        goes_on: list[tuple[Manoeuvre, Decision | None]] = []
         if previous is not None:
-            yield previous.manoeuvre, previous.plan
-        yield from ((plan.manoeuvre, plan) for plan in unsafe)
+            goes_on = [(previous.manoeuvre, previous.plan)]
+        others: list[tuple[Manoeuvre, Decision | None]] = [(plan.manoeuvre, plan) for plan in unsafe]
+        yield from others + goes_on if leaves else goes_on + others
         brake = max(self.vehicle.period, hypot(*state.velocity) / self.vehicle.feedback)
         stop = AccelerateThenBrake(self.vehicle.period, brake)
         yield Manoeuvre(stop, state, -state.velocity / (brake + self.vehicle.period), now), None
+
+    def _overlapped(self, moment: Moment) -> list[Indices]:
+        """The obstacles that each disc of the body overlaps."""
+        places = [State(place, np.zeros(2)) for place in self._places(moment.pose)]
+        return [
+            ControlObstacle(Velocity(), place, moment.window, disc).overlapping
+            for place, (_, disc) in zip(places, self.discs_of_body)
+        ]
+
+    def _places(self, pose: Pose) -> list[Array]:
+        """The positions (2,) [m] of the discs of the body."""
+        return [pose.position + ahead * pose.direction for ahead, _ in self.discs_of_body]
+
+    def _leaving(self, moment: Moment, overlapped: list[Indices]) -> VehicleDecision:
+        """The decision of a vehicle whose body overlaps obstacles: no deeper into any, else by as little as possible.
+
+        Those that move are left out where it would otherwise hit another obstacle before it can stop.
+        """
+        tried = list(self._judged_plans(moment, leaves=True))
+        tried += [self._backwards(moment, motions) for motions in self.vehicle.ways_out(moment.pose, self._periods)]
+        every = np.unique(np.concatenate(overlapped))
+        moving = np.array([k for k in every.tolist() if is_moving(moment.window.obstacle(k), moment.now)], np.int64)
+        limit = abs(moment.pose.speed) / self._navigators[0].limits.braking + self.vehicle.period
+        found: list[VehicleDecision] = []
+        for depth in DEEPER:
+            windows = self._touched(moment, every, moving[:0], depth)
+            found = [self._among(windows, one) for one in tried]
+            if (best := _latest(found)).collision == np.inf:
+                return best
+            if len(moving):
+                windows = self._touched(moment, every, moving, depth)
+                if self._first_collision(best.motions, windows) <= limit:
+                    found = [self._among(windows, one) for one in tried]
+                    if (best := _latest(found)).collision == np.inf:
+                        return best
+        return _latest(found)
+
+    def _touched(self, moment: Moment, overlapped: Indices, left_out: Indices, depth: float) -> list[ObstacleWindow]:
+        """The obstacles as each disc of the body meets them that gets up to a depth [m] deeper into overlapped ones."""
+        deeper = np.zeros(len(moment.window))
+        deeper[overlapped] = depth
+        deeper[left_out] = np.inf
+        return [moment.window.touched_from(place, deeper) for place in self._places(moment.pose)]
+
+    def _among(self, windows: list[ObstacleWindow], decision: VehicleDecision) -> VehicleDecision:
+        """The decision of a vehicle that leaves an overlap, judged among other obstacles."""
+        return replace(decision, outcome=Outcome.ESCAPING, collision=self._first_collision(decision.motions, windows))
 
     def _is_blocked(self, moment: Moment) -> bool:
         """Whether the vehicle would stay near this place among the obstacles at rest alone."""
@@ -235,11 +304,19 @@ class VehicleNavigator(SharedSettings):
     def _reversal(self, moment: Moment) -> VehicleDecision | None:
         """The first way out backwards without a collision; None if there is none."""
         for motions in self.vehicle.ways_out(moment.pose, self._periods):
-            if self._first_collision(motions, moment.window) == np.inf:
-                point = self.vehicle.body_motion(motions, self.vehicle.lever)
-                until = moment.now + self.vehicle.period * float(np.flatnonzero(motions[:, 3]).max(initial=0) + 1)
-                return self._judged(moment, Manoeuvre(point, point.start, np.zeros(2), moment.now), None, until)
+            if self._first_collision(motions, self._as_predicted(moment)) == np.inf:
+                return self._backwards(moment, motions)
         return None
+
+    def _backwards(self, moment: Moment, motions: Array) -> VehicleDecision:
+        """The decision for a way out backwards."""
+        point = self.vehicle.body_motion(motions, self.vehicle.lever)
+        until = moment.now + self.vehicle.period * float(np.flatnonzero(motions[:, 3]).max(initial=0) + 1)
+        return self._judged(moment, Manoeuvre(point, point.start, np.zeros(2), moment.now), None, until)
+
+    def _as_predicted(self, moment: Moment) -> list[ObstacleWindow]:
+        """The obstacles as each disc of a body meets them that overlaps none."""
+        return [moment.window] * len(self.discs_of_body)
 
     @property
     def _periods(self) -> int:
@@ -252,15 +329,16 @@ class VehicleNavigator(SharedSettings):
         """The decision for a manoeuvre: its command, and the first collision of the body."""
         motions = self.vehicle.follow(moment.pose, manoeuvre, moment.now, self._periods)
         command = Command(float(motions[1, 3]), float(motions[1, 4]))
-        collision = self._first_collision(motions, moment.window)
+        collision = self._first_collision(motions, self._as_predicted(moment))
         outcome = Outcome.DELAYED
         if collision == np.inf:
             outcome = Outcome.CONTINUED if plan is None or not plan.outcome.safe else plan.outcome
         return VehicleDecision(command, manoeuvre, outcome, motions, collision, plan, reverses_until)
 
-    def _first_collision(self, motions: Array, window: ObstacleWindow) -> float:
-        """Time [s] of the first collision of the body, with the margin that it can keep."""
-        return min(self._collision(motions, ahead, disc, window) for ahead, disc in self.discs_of_body)
+    def _first_collision(self, motions: Array, windows: list[ObstacleWindow]) -> float:
+        """Time [s] of the first collision of a disc of the body among its obstacles, with the margin it can keep."""
+        discs = zip(self.discs_of_body, windows)
+        return min(self._collision(motions, ahead, disc, window) for (ahead, disc), window in discs)
 
     def _collision(self, motions: Array, ahead: float, disc: Disc, window: ObstacleWindow) -> float:
         """Time [s] of the first collision of a disc `ahead` [m] of the axle, with the margin that it can keep."""
@@ -269,3 +347,8 @@ class VehicleNavigator(SharedSettings):
         clearances = ControlObstacle(motion, state, window, disc).initial_clearances
         kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin)
         return float(ControlObstacle(motion, state, window, disc, kept).time_to_collision(np.zeros(2)))
+
+
+def _latest(decisions: list[VehicleDecision]) -> VehicleDecision:
+    """The first of the decisions with the latest collision."""
+    return max(decisions, key=lambda one: one.collision)
