@@ -143,6 +143,7 @@ def _fixed(part: Part, other: Part, angle: float) -> tuple[Array, Array]:
 
 
 def rotation(angle: float) -> Array:
+    """The matrix (2, 2) that turns vectors counter-clockwise by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])
 

@@ -71,8 +71,8 @@ class Outlines(NamedTuple):
 def outlines(obstacles: Sequence[Obstacle]) -> Outlines:
     """The outlines of the obstacles around which detours lead, see `represented`."""
     some = represented(obstacles)
-    found, corners, moves = zero_records(ObstacleAtHorizon, len(some)), list[Array](), np.zeros(len(some), np.bool_)
-    count = 0
+    found, moves = zero_records(ObstacleAtHorizon, len(some)), np.zeros(len(some), np.bool_)
+    corners, count = list[Array](), 0
     for row, k in enumerate(some.tolist()):
         obstacle, moves[row] = obstacles[k], not obstacles[k].at_rest
         ((own, radius),) = obstacle.shape.parts
