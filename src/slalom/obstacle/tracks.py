@@ -61,9 +61,10 @@ class Tracks:
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
         shares: (n,) or one for all, part [1] of the avoidance that each does itself, from 0 to 0.5, as `Reciprocity`
             estimates it. It counts for `Navigator.decide(robots=)`; None: as the method says.
-        braking: (n,) or one for all [m/s^2], deceleration up to which those may brake that move ahead of the robot and
-            in its direction: it follows them. Its decisions then avoid all places from the predicted one to that of
-            the hardest braking. None: as hard as the robot itself; 0: they keep to the prediction. Discs in the plane.
+        braking: (n,) or one for all [m/s^2], deceleration up to which those may brake that the robot follows: those on
+            its straight way that move in its direction. Its decisions then avoid all places from the predicted one to
+            that of the hardest braking. None: as hard as the robot itself; 0: they keep to the prediction. Discs in
+            the plane.
         probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
 
@@ -159,8 +160,8 @@ class Tracks:
     def followed_by(self, robot: Shape, state: State, limits: Limits) -> "Tracks":
         """The same tracks, of which those may brake that a robot in `state` follows: see `braking`.
 
-        It follows those that lie ahead of it and move in its direction, to SAME_DIRECTION. A round robot follows none
-        that it overlaps, since it leaves it.
+        It follows those that cover a part of its straight way and move in its direction, to SAME_DIRECTION. A round
+        robot follows none that it overlaps, since it leaves it.
         """
         if self.dimension == 3 or not len(self) or (self.braking is not None and not self.braking.any()):
             return self
@@ -170,6 +171,8 @@ class Tracks:
         followed = (self.states[:, 1] @ own >= along) & (speeds > REST) & (ahead @ own > 0.0) & bool(own.any())
         inner = robot.parts[0].radius if is_round(robot) else 0.0
         followed &= np.linalg.norm(ahead, axis=1) > self.radii + inner
+        beside = np.abs(ahead[:, 0] * own[1] - ahead[:, 1] * own[0])
+        followed &= beside < (self.radii + robot.bounding_radius) * np.linalg.norm(own)
         if not followed.any():
             return self
         hardest = np.full(len(self), limits.braking) if self.braking is None else self.braking
