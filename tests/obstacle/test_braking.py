@@ -17,7 +17,7 @@ def bezier(points: np.ndarray, x: float) -> np.ndarray:
 
 def followed(rng: np.random.Generator) -> Tracks:
     """A leader ahead of the robot, in its direction."""
-    speed, angle, course = rng.uniform(0.2, 3.0), rng.uniform(-0.6, 0.6), np.arctan2(0.3, 2.0)
+    speed, angle, course = rng.uniform(0.2, 3.0), rng.uniform(-0.4, 0.4), np.arctan2(0.3, 2.0)
     velocity = speed * np.array([np.cos(course + angle), np.sin(course + angle)])
     ahead, beside = rng.uniform(1.0, 6.0), rng.uniform(-0.39, 0.39)
     place = (ahead * np.cos(course) - beside * np.sin(course), ahead * np.sin(course) + beside * np.cos(course))
@@ -58,6 +58,7 @@ def test_its_body_covers_all_places_up_to_the_hardest_braking(seed: int, later: 
         ((-2.0, -0.3), (2.0, 0.0)),
         ((3.0, 0.5), (0.0, 0.0)),
         ((3.0, 1.1), (1.0, 0.0)),
+        ((3.0, 0.5), (1.0, 0.8)),
     ],
 )
 def test_others_than_leaders_keep_to_the_prediction(place: tuple[float, float], velocity: tuple[float, float]) -> None:

@@ -178,9 +178,3 @@ REST_ROUNDING: Final = 1e-9
 
 Larger: contacts that much before it are missed. Smaller: a segment that begins at rest counts as motion.
 """
-
-SAME_DIRECTION: Final = 0.7
-"""[1] Cosine of the angle between two directions up to which they count as the same: 45 degrees.
-
-Larger: a robot is not ready for a leader on a bend that brakes. Smaller: it also waits for others that cross its way.
-"""

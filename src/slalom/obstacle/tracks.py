@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from slalom.base.checks import (
     whole_numbers,
 )
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import REST, SAME_DIRECTION
+from slalom.base.tolerances import REST
 from slalom.forecast.forecast import OBSERVING, AcceleratingBriefly, AtConstantVelocity, Forecast
 from slalom.forecast.linear import table_between, table_until
 from slalom.kernels.arrays import EVERY_WORLD, Bodies, Indices, Pieces, zero_records
@@ -44,6 +44,13 @@ from slalom.obstacle.pieces import (
     sum_of_shapes,
 )
 from slalom.obstacle.table import NO_CORNERS, Outlines
+
+FOLLOWED: Final = 0.9
+"""[1] Cosine of the angle between the velocities of a robot and of those that it follows: 26 degrees.
+
+Larger: a robot is not ready for a leader on a bend that brakes. Smaller: in a crowd it also waits for others that cross
+its way.
+"""
 
 
 class Tracks:
@@ -160,14 +167,14 @@ class Tracks:
     def followed_by(self, robot: Shape, state: State, limits: Limits) -> "Tracks":
         """The same tracks, of which those may brake that a robot in `state` follows: see `braking`.
 
-        It follows those that cover a part of its straight way and move in its direction, to SAME_DIRECTION. A round
+        It follows those that cover a part of its straight way and move in its direction, to FOLLOWED. A round
         robot follows none that it overlaps, since it leaves it.
         """
         if self.dimension == 3 or not len(self) or (self.braking is not None and not self.braking.any()):
             return self
         speeds = np.linalg.norm(self.states[:, 1], axis=1)
         own, ahead = state.velocity, self.states[:, 0] - state.position
-        along = SAME_DIRECTION * np.linalg.norm(own) * speeds
+        along = FOLLOWED * np.linalg.norm(own) * speeds
         followed = (self.states[:, 1] @ own >= along) & (speeds > REST) & (ahead @ own > 0.0) & bool(own.any())
         inner = robot.parts[0].radius if is_round(robot) else 0.0
         followed &= np.linalg.norm(ahead, axis=1) > self.radii + inner

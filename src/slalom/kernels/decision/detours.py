@@ -4,13 +4,18 @@ from typing import Final
 
 import numpy as np
 
-from slalom.base.tolerances import SAME_DIRECTION
 from slalom.kernels.arrays import Array, Body, Flags, Indices, Records
 from slalom.kernels.decision.bodies import is_elsewhere
 from slalom.kernels.decision.tables import DecisionTables, ObstacleAtHorizon, Scratch
 from slalom.kernels.decision.targets import earliest_arrival, target_state
 from slalom.kernels.geometry.cubic import copy_into, value
 from slalom.kernels.jit import inlined, kernel, squared
+
+SAME_DIRECTION: Final = 0.7
+"""[1] Cosine of the angle between the way of a robot and what moves in its direction and holds it up: 45 degrees.
+
+Larger: robots stay behind slower ones that cross their way. Smaller: they take detours around others that come closer.
+"""
 
 EXISTS: Final = 1e-9
 """[s] An obstacle whose pieces end sooner than this before the horizon exists there. Larger: some that leave count."""
