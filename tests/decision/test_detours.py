@@ -112,7 +112,8 @@ def test_two_drones_in_one_line_change_places(name: str, axis: tuple[float, floa
 def test_walls_and_boxes_have_corners_at_the_horizon() -> None:
     """In positive order, each with a direction away from the centre; discs have none."""
     shapes = [Disc(1.0), Rectangle(2.0, 1.0), Polyline([(0.0, 0.0), (3.0, 0.0)])]
-    each, corners = ObstacleWindow([Obstacle(shape, Stationary((1.0, 2.0))) for shape in shapes], 0.0, 4.0).at_horizon()
+    window = ObstacleWindow([Obstacle(shape, Stationary((1.0, 2.0))) for shape in shapes], 0.0, 4.0)
+    each, corners = window.at_horizon(window.bodies(Disc(0.3)))
     assert (each["last"] - each["first"]).tolist() == [0, 4, 4]
     for row in each[1:]:
         grown = corners[row["first"] : row["last"]]

@@ -17,9 +17,11 @@ def bezier(points: np.ndarray, x: float) -> np.ndarray:
 
 def followed(rng: np.random.Generator) -> Tracks:
     """A leader ahead of the robot, in its direction."""
-    speed, angle = rng.uniform(0.2, 3.0), np.arctan2(0.3, 2.0) + rng.uniform(-0.6, 0.6)
-    velocity = speed * np.array([np.cos(angle), np.sin(angle)])
-    return Tracks([rng.uniform((1.0, -0.5), (6.0, 0.5))], [velocity], rng.uniform(0.1, 0.6), 1.0)
+    speed, angle, course = rng.uniform(0.2, 3.0), rng.uniform(-0.4, 0.4), np.arctan2(0.3, 2.0)
+    velocity = speed * np.array([np.cos(course + angle), np.sin(course + angle)])
+    ahead, beside = rng.uniform(1.0, 6.0), rng.uniform(-0.39, 0.39)
+    place = (ahead * np.cos(course) - beside * np.sin(course), ahead * np.sin(course) + beside * np.cos(course))
+    return Tracks([place], [velocity], rng.uniform(0.1, 0.6), 1.0)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -50,10 +52,17 @@ def test_its_body_covers_all_places_up_to_the_hardest_braking(seed: int, later: 
 
 @pytest.mark.parametrize(
     ("place", "velocity"),
-    [((3.0, 0.0), (-1.0, 0.0)), ((3.0, -2.0), (0.0, 1.0)), ((-2.0, 0.0), (2.0, 0.0)), ((3.0, 0.5), (0.0, 0.0))],
+    [
+        ((3.0, 0.5), (-1.0, 0.0)),
+        ((3.0, 0.5), (0.0, 1.0)),
+        ((-2.0, -0.3), (2.0, 0.0)),
+        ((3.0, 0.5), (0.0, 0.0)),
+        ((3.0, 1.1), (1.0, 0.0)),
+        ((3.0, 0.5), (1.0, 0.8)),
+    ],
 )
 def test_others_than_leaders_keep_to_the_prediction(place: tuple[float, float], velocity: tuple[float, float]) -> None:
-    """Of those that come towards the robot, cross its way, follow it or rest no body is larger."""
+    """Of those that come towards the robot, cross its way, follow it, rest, or move beside it no body is larger."""
     tracks = Tracks([place], [velocity], 0.3)
     assert tracks.followed_by(Disc(0.3), BEHIND, LIMITS) is tracks
 

@@ -196,6 +196,17 @@ def test_late_measurements_replay_and_too_late_ones_are_not_used() -> None:
     assert states(ordered, 2.0)[0].tobytes() == late.tobytes()
 
 
+@pytest.mark.parametrize("braking", [None, 0.0, 1.5])
+def test_its_tracks_brake_as_it_states(braking: float | None) -> None:
+    tracker = Tracker(braking=braking)
+    for id in "ab":
+        tracker.update(0.0, id, (4.0, 0.0), (1.0, 0.0))
+    (tracks,) = tracker.at(0.1)
+    assert isinstance(tracks, Tracks)
+    found = None if tracks.braking is None else tracks.braking.tolist()
+    assert found == (None if braking is None else [braking, braking])
+
+
 def test_what_is_not_measured_for_long_is_dropped_and_begins_anew() -> None:
     """Also where time jumps forward; the uncertainty has grown until then."""
     tracker = Tracker(max_age=1.0)

@@ -307,7 +307,10 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
         },
     ),
     "Fleet.manoeuvres": (manoeuvres, {"robots": (0, 1)}),
-    "Tracker": (tracker, {"shape": DISC, "filter": slalom.ConstantVelocityFilter(), "max_age": 1.0}),
+    "Tracker": (
+        tracker,
+        {"shape": DISC, "filter": slalom.ConstantVelocityFilter(), "max_age": 1.0, "braking": 1.0},
+    ),
     "Tracker.update": (
         tracked,
         {

@@ -19,11 +19,13 @@ from slalom import (
     Navigator,
     Obstacle,
     ObstacleTable,
+    Outcome,
     PathGoal,
     Polyline,
     Rectangle,
     State,
     Stationary,
+    Tracks,
     TurningRadius,
     method,
 )
@@ -311,6 +313,31 @@ CORNER = [Obstacle(Polyline([(1.05, -6.0), (1.05, 0.2)], 0.02), Stationary((0.0,
 """A wall in front of a bicycle at the origin, nearer than its turning radius."""
 ROUND_THE_CORNER = Goal(Stationary((3.0, 3.0)), 0.2, stop=True)
 AHEAD = Goal(Stationary((4.0, 0.0)), 0.2, stop=True)
+
+
+@pytest.mark.parametrize("moves", [True, False], ids=["beside it", "in its way"])
+@pytest.mark.parametrize("name", ["drive", "bicycle"])
+def test_a_vehicle_that_overlaps_a_body_stops_before_a_wall(name: str, moves: bool) -> None:
+    """A person 20 mm within its body walks at its velocity, or stands; the body gets no deeper than a few mm."""
+    vehicle = DifferentialDrive(0.4, 1.2, 3.0, 0.1, max_speed=1.0) if name == "drive" else REVERSING
+    robot = VehicleNavigator(vehicle, method("nao"), Disc(0.3), horizon=3.0)
+    wall = ObstacleTable([Obstacle(Polyline([(4.0, -3.0), (4.0, 3.0)]), Stationary((0.0, 0.0)))])
+    goal, pose, decision, escaped = (
+        Goal(Stationary((3.2, 0.0)), 0.1, stop=True),
+        Pose((0.0, 0.0), 0.0, 0.6),
+        None,
+        False,
+    )
+    person = np.array([0.0, 0.58])
+    for k in range(50):
+        velocity = pose.velocity if moves and k < 25 else np.zeros(2)
+        people = Tracks([person], [velocity], 0.3, 0.1 * k)
+        decision = robot.decide(pose, [wall, people], goal, now=0.1 * k, previous=decision)
+        escaped = escaped or decision.outcome is Outcome.ESCAPING
+        pose, person = vehicle.drive(pose, decision.command), person + 0.1 * velocity
+        assert pose.position[0] <= 3.7 + 1e-5
+        assert np.linalg.norm(pose.position - person) >= 0.58 - 5e-3
+    assert escaped
 
 
 def test_a_bicycle_reverses_out_of_a_place_that_walls_block() -> None:

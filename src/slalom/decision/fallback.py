@@ -91,7 +91,7 @@ def way_out(
     obstacles, position = blocked.obstacles, s.state.position
     deeper = _least_deepening(s, period, blocked)
     found = decide(obstacles.touched_from(position, deeper))
-    moving = [k for k in blocked.overlapping.tolist() if _is_moving(obstacles.obstacle(k), s.now)]
+    moving = [k for k in blocked.overlapping.tolist() if is_moving(obstacles.obstacle(k), s.now)]
     if moving and (found is None or not found.safe):
         into_moving = deeper.copy()
         into_moving[moving] = np.inf
@@ -111,7 +111,7 @@ def _too_late_to_stop(decision: Decision, s: Situation, period: float, others: C
     return bool(times.min(initial=np.inf) <= period + to_stop)
 
 
-def _is_moving(obstacle: Obstacle, now: float) -> bool:
+def is_moving(obstacle: Obstacle, now: float) -> bool:
     """Whether an obstacle moves at `now` [s]."""
     return bool(np.linalg.norm(obstacle.trajectory.velocity(now)) > REST)
 

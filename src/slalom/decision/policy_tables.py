@@ -1,6 +1,5 @@
 """The tables from which one robot decides: what all its decisions have in common is made once."""
 
-from collections.abc import Sequence
 from ctypes import c_void_p, cast
 from dataclasses import replace
 from math import hypot
@@ -8,6 +7,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from slalom import kernels
 from slalom.base.checks import TRACKS, Array, has, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import AIM_LATEST, CONTACT_SLACK
@@ -48,7 +48,6 @@ from slalom.kernels.decision.tables import (
     MIXED,
     NO_OBJECTIVES,
     PREFERRED,
-    AtHorizon,
     DecisionTables,
     Objectives,
     Paths,
@@ -65,7 +64,7 @@ from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import Reach
 from slalom.obstacle.table import ObstacleTable
-from slalom.obstacle.tracks import SAME_DIRECTION, Tracks
+from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -91,37 +90,15 @@ class Request(NamedTuple):
         return self.goal if self.step is None else self.step.goal
 
 
-def detours_of(request: Request, responses: Sequence[Response]) -> tuple[float, ...]:
+def detours_of(request: Request, patience: float) -> tuple[float, ...]:
     """The detours [rad] that a decision considers.
 
-    Those of the robot; by default DETOURS where it is held up and has responses that stop.
+    Those of the robot; by default DETOURS where it has been held up for its `patience` [s].
     """
-    robot, previous = request.robot, request.previous
-    last = None if previous is None else previous.approach
-    if robot.detours is not None or last is None:
-        return robot.detours or ()
-    if not any(isinstance(response, AccelerateThenStop | AccelerateThenBrake) for response in responses):
-        return ()
-    patient = HELD_UP_TIME * robot.limits.max_speed / robot.limits.max_acceleration
-    return DETOURS if request.now - last.paced >= patient else ()
-
-
-def in_the_way(at_horizon: AtHorizon, position: Array, target: Array, around: float, reach: float) -> AtHorizon:
-    """The obstacles that hold up a robot at `position` (d,) [m] on its straight way to the target (d,) [m].
-
-    Those at rest, and those that move in that direction, if one of them covers a part of the way to `around` [m];
-    otherwise none. Those at rest that cover no straight way from places within `reach` [m] are left out.
-    """
-    each, d = at_horizon.each, len(position)
-    way, moved = target - position, each["moved"][:, :d]
-    length = max(float(np.linalg.norm(way)), 1e-9)
-    each = each[moved @ way >= SAME_DIRECTION * length * np.linalg.norm(moved, axis=1)]
-    away = each["position"][:, :d] - each["moved"][:, :d] - position
-    along = np.clip(away @ way / length, 0.0, length)
-    beside = np.linalg.norm(away - along[:, None] * way / length, axis=1)
-    near = (beside < each["ball"] + around + reach) | (each["moved"] != 0.0).any(axis=1)
-    blocks = (beside < each["ball"] + around).any()
-    return at_horizon._replace(each=each[near] if blocks else each[:0])
+    if request.robot.detours is not None:
+        return request.robot.detours
+    last = None if request.previous is None else request.previous.approach
+    return () if last is None or request.now - last.paced < patience else DETOURS
 
 
 def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks | None, Tracks | None]:
@@ -263,6 +240,8 @@ class PolicyTables:
         self._margin = margin_among(method, margin, limits.max_acceleration, robot.period) if among else margin
         self._settings = robot.numbers(among=among)
         self._clearance = robot.margin + CONTACT_SLACK + float(self._table.each["error"].max())
+        stops = any(isinstance(one, AccelerateThenStop | AccelerateThenBrake) for one in self.responses)
+        self._patience = HELD_UP_TIME * limits.max_speed / limits.max_acceleration if stops else np.inf
         self._spare: dict[tuple[int, int, int], OwnTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
@@ -359,19 +338,25 @@ class PolicyTables:
             distance = float(np.linalg.norm(target - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own.moving[:] = target_paths([goal], now, now + self.robot.horizon + latest)
-        # Only costs of arrival count detours.
-        angles = detours_of(request, self.responses)
         around = self.reach(state, others, enough)
-        bodies = self._skeletons.grown_bodies(0, obstacles, detours=bool(angles) and arrives, around=around)
-        if angles and self.robot.detours is None:
+        # Only costs of arrival count detours; those given by the user count all obstacles, also out of reach.
+        given = self.robot.detours is not None
+        angles = detours_of(request, self._patience)
+        counted = bool(angles) and arrives
+        bodies = self._skeletons.grown_bodies(
+            0, obstacles, detours=counted, around=None if given and counted else around
+        )
+        if angles and not given:
             radius = self.robot.robot.bounding_radius + self.robot.margin
-            fastest = max(limits.max_speed, float(np.linalg.norm(state.velocity)))
-            reach = fastest * self.robot.horizon
-            blocking = in_the_way(bodies.at_horizon, state.position, target, radius, reach)
-            angles = angles if len(blocking.each) else ()
-            bodies = bodies._replace(at_horizon=blocking)
+            fastest = max(limits.max_speed, hypot(*state.velocity))
+            each, reach = bodies.at_horizon.each, fastest * self.robot.horizon
+            blocking = kernels.in_the_way(each, own.position, own.target, radius, reach)
+            if blocking.any():
+                bodies = bodies._replace(at_horizon=bodies.at_horizon._replace(each=each[blocking]))
+            else:
+                angles = ()
         bounds = bounds_of([limits], [state]) if self._bounds is None else self._bounds
-        held_up = bool(angles) and self.robot.detours is None
+        held_up = bool(angles) and not given
         settings = self._settings._replace(
             now=float(now), budget=1e6 * float(request.limit), detours=np.array(angles), held_up=held_up
         )

@@ -26,7 +26,6 @@ from slalom.kernels.decision.tables import (
     AtHorizon,
     Bounds,
     DecisionSettings,
-    ObstacleAtHorizon,
     Paths,
     ResponsePiece,
     ResponseTable,
@@ -45,6 +44,7 @@ from slalom.model.shape import Shape, is_round, round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import PiecewisePolynomial, Stationary
 from slalom.obstacle.pieces import Reach, no_sum, sum_of_shapes, sums_together
+from slalom.obstacle.table import NONE_AT_HORIZON
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 
@@ -428,9 +428,6 @@ def _peaks(r: int, response: Response, horizon: float, dimension: int) -> list[t
 # The bodies of obstacles and robots, grown by the shapes of robots, from which the compiled policy decides.
 
 
-NONE_AT_HORIZON: Final = AtHorizon(zero_records(ObstacleAtHorizon, 0), np.empty((0, 4)))
-
-
 class Skeletons:
     """The kinds of skeletons of robots: discs and balls of any radius are of one kind, their centre.
 
@@ -482,7 +479,7 @@ class Skeletons:
             before = len(bodies.corners.unordered) if bodies.corners else 0
             robots = robots._replace(hull=np.where(robots.hull < 0, -1, before + robots.hull))
             bodies = bodies._replace(corners=joined_corners([bodies.corners, corners]))
-        return GrownBodies(bodies, robots, obstacles.at_horizon() if detours else NONE_AT_HORIZON)
+        return GrownBodies(bodies, robots, obstacles.at_horizon(bodies) if detours else NONE_AT_HORIZON)
 
     def _robot_bodies(self, kind: int) -> tuple[RobotBodies, MaybeCorners]:
         """The bodies of robots of all kinds, with hulls numbered from 0, and their corners, made once.

@@ -2,7 +2,11 @@
 
 from .compile_notice import compiling as compiling, when_compiling as when_compiling
 from .crowd import avoiding_velocities as avoiding_velocities, similar_displacements as similar_displacements
-from .decision.detours import detour_lengths as detour_lengths
+from .decision.detours import (
+    detour_lengths as detour_lengths,
+    in_the_way as in_the_way,
+    put_at_horizon as put_at_horizon,
+)
 from .decision.neighbours import build_cell_list as build_cell_list, independent_rounds as independent_rounds
 from .decision.paths import predicted_points as predicted_points
 from .decision.policy import decide_all as decide_all

@@ -197,6 +197,7 @@ EVERY_WORLD = -1
 class Body:
     """A part of an obstacle, grown by a part of a robot."""
 
+    offset: Vector  # [m] of its origin from the position of the obstacle
     radius: float  # [m] without uncertainty
     hull_radius: float  # [m] of the ball about the origin that holds the hull
     owner: int  # number of the obstacle

@@ -131,7 +131,7 @@ def _turning(part: Part, other: Part) -> tuple[Array, Array]:
 
 def _fixed(part: Part, other: Part, angle: float) -> tuple[Array, Array]:
     """Origin (d,) and corners (n, 5) [m] of a body for an obstacle in a constant heading `angle` [rad]."""
-    own = part.corners if not angle else part.corners @ _rotation(angle).T
+    own = part.corners if not angle else part.corners @ rotation(angle).T
     d = own.shape[1]
     points = (own[:, None] - other.corners[None]).reshape(-1, d)
     if len(points) > 2:
@@ -142,7 +142,8 @@ def _fixed(part: Part, other: Part, angle: float) -> tuple[Array, Array]:
     return center, corners
 
 
-def _rotation(angle: float) -> Array:
+def rotation(angle: float) -> Array:
+    """The matrix (2, 2) that turns vectors counter-clockwise by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])
 
@@ -206,6 +207,7 @@ def bodies_of(pieces: Pieces, shape: MinkowskiSum, owner: Indices, uncertain: Fl
     each["world"], each["at_rest"] = EVERY_WORLD, True
     each["owner"], each["uncertain"] = owner, uncertain
     each["radius"], each["hull_radius"] = shape.radius, shape.hull_radius
+    each["offset"][:, : shape.offsets.shape[1]] = shape.offsets
     hull = np.where(shape.is_point & ~uncertain, -1, np.arange(len(owner)))
     unknown[:, 3] = np.inf
     return Bodies(

@@ -2,7 +2,7 @@
 
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
-from typing import Any, Final, cast
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from slalom.kernels.arrays import EVERY_WORLD, Bodies, Flags, Indices, joined_re
 from slalom.kernels.decision.tables import AtHorizon, ObstacleAtHorizon
 from slalom.model.shape import Shape
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.pieces import Reach, joined, minkowski_sum, no_bodies, outline_parts, rows_of
+from slalom.obstacle.pieces import Reach, joined, minkowski_sum, no_bodies, outline_parts, rotation, rows_of
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Obstacles at the horizon, from which the costs of detours are estimated.
@@ -26,13 +26,8 @@ BALL_FILLED: Final = 0.4
 A car fills 0.44. Larger: no such costs for more obstacles. Smaller: robots beside walls stay where they are.
 """
 
-MOST_MOVING: Final = 16
-"""[1] Most obstacles of a table that move and around which detours lead; of more, only those at rest count.
-
-Larger: decisions of robots that are held up take longer, by 50 us for each. Smaller: they follow in denser traffic.
-"""
-
 NO_CORNERS: Final = np.empty((0, 4))
+NONE_AT_HORIZON: Final = AtHorizon(zero_records(ObstacleAtHorizon, 0), NO_CORNERS)
 
 
 def represented(obstacles: Sequence[Obstacle]) -> Indices:
@@ -65,22 +60,38 @@ def fills_ball(shape: Shape) -> bool:
     return bool(area >= BALL_FILLED * np.pi * shape.bounding_radius**2)
 
 
-def at_horizon(obstacles: Sequence[Obstacle], some: Indices, start: float, t: float) -> AtHorizon:
-    """Some of the obstacles (m,), which exist at time t [s], as they are then, after a decision at the start [s]."""
-    found, corners = zero_records(ObstacleAtHorizon, len(some)), list[Array]()
+class Outlines(NamedTuple):
+    """Obstacles around which detours lead, without the places of those that move."""
+
+    owner: Indices  # (m,) their numbers
+    moves: Flags  # (m,)
+    at_horizon: AtHorizon  # (m,) those at rest as they are; those that move about their positions, in their body frames
+
+
+def outlines(obstacles: Sequence[Obstacle]) -> Outlines:
+    """The outlines of the obstacles around which detours lead, see `represented`."""
+    some = represented(obstacles)
+    found, moves = zero_records(ObstacleAtHorizon, len(some)), np.zeros(len(some), np.bool_)
+    corners, count = list[Array](), 0
     for row, k in enumerate(some.tolist()):
-        position = obstacles[k].trajectory.position(t)
-        before = obstacles[k].trajectory.position(max(start, obstacles[k].trajectory.span[0]))
-        found["position"][row, : len(position)], found["moved"][row, : len(position)] = position, position - before
-        ((_, radius),) = parts = obstacles[k].shape.parts
-        found["radius"][row], found["ball"][row] = radius, obstacles[k].shape.bounding_radius
-        found["filled"][row] = fills_ball(cast(Hashable, obstacles[k].shape))
-        found["first"][row] = found["last"][row] = sum(map(len, corners))
-        if len(parts[0].corners) > 1:
-            corners.append(_outward(outline_parts(obstacles[k], t)[0].corners))
-            found["last"][row] += len(corners[-1])
+        obstacle, moves[row] = obstacles[k], not obstacles[k].at_rest
+        ((own, radius),) = obstacle.shape.parts
+        if not moves[row]:
+            position = obstacle.trajectory.position(0.0)
+            found["position"][row, : len(position)] = position
+        found["radius"][row], found["ball"][row] = radius, obstacle.shape.bounding_radius
+        found["filled"][row] = fills_ball(cast(Hashable, obstacle.shape))
+        found["first"][row] = count
+        if len(own) > 1:
+            if not moves[row]:
+                own = outline_parts(obstacle, 0.0)[0].corners
+            elif obstacle.angle:
+                own = own @ rotation(obstacle.angle).T
+            corners.append(_outward(own))
+            count += len(corners[-1])
+        found["last"][row] = count
     found["world"] = EVERY_WORLD
-    return AtHorizon(found, np.concatenate([NO_CORNERS, *corners]))
+    return Outlines(some, moves, AtHorizon(found, np.concatenate([NO_CORNERS, *corners])))
 
 
 def _outward(corners: Array) -> Array:
@@ -97,14 +108,20 @@ def _outward(corners: Array) -> Array:
     return np.hstack([corners, away / np.linalg.norm(away, axis=1)[:, None]])
 
 
-def joined_at_horizon(parts: Sequence[AtHorizon]) -> AtHorizon:
-    """The obstacles at the horizon of several parts, one after the other."""
-    each = joined_records([part.each for part in parts])
-    before = np.cumsum([0, *(len(part.corners) for part in parts)])[:-1]
-    by = np.repeat(before, [len(part.each) for part in parts])
+def joined_outlines(parts: Sequence[Outlines], counts: Sequence[int]) -> Outlines:
+    """The outlines of several parts with `counts` obstacles each, one part after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    sizes, corners = [len(part.owner) for part in parts], [len(part.at_horizon.corners) for part in parts]
+    each = joined_records([part.at_horizon.each for part in parts])
+    by = np.repeat(np.cumsum([0, *corners])[:-1], sizes)
     each["first"] += by
     each["last"] += by
-    return AtHorizon(each, np.concatenate([part.corners for part in parts]))
+    return Outlines(
+        np.concatenate([part.owner for part in parts]) + np.repeat(np.cumsum([0, *counts])[:-1], sizes),
+        np.concatenate([part.moves for part in parts]),
+        AtHorizon(each, np.concatenate([part.at_horizon.corners for part in parts])),
+    )
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -211,24 +228,10 @@ class ObstacleTable:
         )
         return within._replace(pieces=pieces, balls=balls, first_piece=first, now=0.0)
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
-        """Those around which detours lead and that exist after `horizon` [s] from the start: numbers, and as then."""
-        t, (still, moving, resting) = start + horizon, self._represented
-        there = self.exist(t)
-        found = resting._replace(each=resting.each[there[still]])
-        if not 0 < len(moving) <= MOST_MOVING:
-            return still[there[still]], found
-        some = moving[there[moving]]
-        return np.append(still[there[still]], some), joined_at_horizon(
-            [found, at_horizon(self.obstacles, some, start, t)]
-        )
-
     @cached_property
-    def _represented(self) -> tuple[Indices, Indices, AtHorizon]:
-        """The obstacles around which detours lead: those at rest (m,), those that move (k,), and the first ones."""
-        some = represented(self.obstacles)
-        rests = np.array([self.obstacles[k].at_rest for k in some], np.bool_)
-        return some[rests], some[~rests], at_horizon(self.obstacles, some[rests], 0.0, 0.0)
+    def outlines(self) -> Outlines:
+        """The outlines of the obstacles around which detours lead."""
+        return outlines(self.obstacles)
 
     def stretch(self, robot: Shape, start: float, horizon: float) -> Bodies:
         """All bodies grown by a robot's shape, from now, the `start` [s], on; times are absolute.

@@ -43,12 +43,13 @@ from slalom.obstacle.pieces import (
     pieces_of_each,
     sum_of_shapes,
 )
-from slalom.obstacle.table import NO_CORNERS, at_horizon
+from slalom.obstacle.table import NO_CORNERS, Outlines
 
-SAME_DIRECTION: Final = 0.7
-"""[1] Cosine of the angle between two velocities up to which one follows the other: 45 degrees.
+FOLLOWED: Final = 0.9
+"""[1] Cosine of the angle between the velocities of a robot and of those that it follows: 26 degrees.
 
-Larger: a robot is not ready for a leader on a bend that brakes. Smaller: it also waits for others that cross its way.
+Larger: a robot is not ready for a leader on a bend that brakes. Smaller: in a crowd it also waits for others that cross
+its way.
 """
 
 
@@ -67,9 +68,10 @@ class Tracks:
         worlds: (n,) numbers of the worlds of a `Fleet` that they are in; None: all of them.
         shares: (n,) or one for all, part [1] of the avoidance that each does itself, from 0 to 0.5, as `Reciprocity`
             estimates it. It counts for `Navigator.decide(robots=)`; None: as the method says.
-        braking: (n,) or one for all [m/s^2], deceleration up to which those may brake that move ahead of the robot and
-            in its direction: it follows them. Its decisions then avoid all places from the predicted one to that of
-            the hardest braking. None: as hard as the robot itself; 0: they keep to the prediction. Discs in the plane.
+        braking: (n,) or one for all [m/s^2], deceleration up to which those may brake that the robot follows: those on
+            its straight way that move in its direction. Its decisions then avoid all places from the predicted one to
+            that of the hardest braking. None: as hard as the robot itself; 0: they keep to the prediction. Discs in
+            the plane.
         probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
 
@@ -165,17 +167,19 @@ class Tracks:
     def followed_by(self, robot: Shape, state: State, limits: Limits) -> "Tracks":
         """The same tracks, of which those may brake that a robot in `state` follows: see `braking`.
 
-        It follows those that lie ahead of it and move in its direction, to SAME_DIRECTION. A round robot follows none
-        that it overlaps, since it leaves it.
+        It follows those that cover a part of its straight way and move in its direction, to FOLLOWED. A round
+        robot follows none that it overlaps, since it leaves it.
         """
         if self.dimension == 3 or not len(self) or (self.braking is not None and not self.braking.any()):
             return self
         speeds = np.linalg.norm(self.states[:, 1], axis=1)
         own, ahead = state.velocity, self.states[:, 0] - state.position
-        along = SAME_DIRECTION * np.linalg.norm(own) * speeds
+        along = FOLLOWED * np.linalg.norm(own) * speeds
         followed = (self.states[:, 1] @ own >= along) & (speeds > REST) & (ahead @ own > 0.0) & bool(own.any())
         inner = robot.parts[0].radius if is_round(robot) else 0.0
         followed &= np.linalg.norm(ahead, axis=1) > self.radii + inner
+        beside = np.abs(ahead[:, 0] * own[1] - ahead[:, 1] * own[0])
+        followed &= beside < (self.radii + robot.bounding_radius) * np.linalg.norm(own)
         if not followed.any():
             return self
         hardest = np.full(len(self), limits.braking) if self.braking is None else self.braking
@@ -270,19 +274,14 @@ class Tracks:
             times[k, : len(path.times)], points[k, : len(path.points)] = path.times, path.points
         return times, points
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
-        """All tracks after `horizon` [s] from the start, see `ObstacleTable.at_horizon`."""
-        rule, every = table_between(self.forecast, start - self.t, horizon, 1), np.arange(len(self))
-        if rule is None:
-            found = at_horizon(self.obstacles, every, start, start + horizon).each
-        else:
-            found = zero_records(ObstacleAtHorizon, len(self))
-            points = rule.points(self.states)
-            found["position"][:, : self.dimension], found["radius"] = points[:, -1, 3], self.radii
-            found["moved"][:, : self.dimension] = points[:, -1, 3] - points[:, 0, 0]
-            found["ball"], found["filled"] = self.radii, True
-        found["world"] = self.worlds
-        return every, AtHorizon(found, NO_CORNERS)
+    @property
+    def outlines(self) -> Outlines:
+        """The outlines of all tracks, see `ObstacleTable.outlines`."""
+        n = len(self)
+        each = zero_records(ObstacleAtHorizon, n)
+        each["radius"] = each["ball"] = self.radii
+        each["filled"], each["world"] = True, self.worlds
+        return Outlines(np.arange(n), np.ones(n, np.bool_), AtHorizon(each, NO_CORNERS))
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Bodies of the tracks, see `ObstacleTable.bodies`. Raises InvalidInput for tracks observed after `start`."""

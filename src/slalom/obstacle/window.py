@@ -13,8 +13,8 @@ from slalom.base.checks import Array, array, duration, has, number
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, OVERLAP
 from slalom.forecast.forecast import EXACT, Forecast
-from slalom.kernels.arrays import Bodies, Flags, Indices, zero_records
-from slalom.kernels.decision.tables import AtHorizon, ObstacleAtHorizon
+from slalom.kernels.arrays import Bodies, Flags, Indices
+from slalom.kernels.decision.tables import AtHorizon
 from slalom.model.limits import Limits
 from slalom.model.shape import Shape
 from slalom.model.state import State
@@ -22,12 +22,12 @@ from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Reach, merged, no_bodies, pieces_of_each
 from slalom.obstacle.predicted import futures
 from slalom.obstacle.table import (
-    NO_CORNERS,
+    NONE_AT_HORIZON,
     ObstacleTable,
-    at_horizon,
-    joined_at_horizon,
+    Outlines,
+    joined_outlines,
     one_dimension,
-    represented,
+    outlines,
     same_dimension,
 )
 from slalom.obstacle.tracks import Tracks
@@ -60,8 +60,9 @@ class Source(Protocol):
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """Their pieces from `start` on, up to `until` (n,) [s] after it, see `ObstacleTable.bodies`."""
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
-        """Those around which detours lead and that exist after `horizon` [s]: numbers (m,), and as they are then."""
+    @property
+    def outlines(self) -> Outlines:
+        """The outlines of those around which detours lead."""
 
 
 class _Listed:
@@ -80,11 +81,10 @@ class _Listed:
         """The pieces of all from `start` on, up to `until` (n,) [s] after it; none of those that do not exist then."""
         return pieces_of_each(self.obstacles, robot, start, until)
 
-    def at_horizon(self, start: float, horizon: float) -> tuple[Indices, AtHorizon]:
-        """Those around which detours lead and that exist after `horizon` [s]: numbers (m,), and as they are then."""
-        t, some = start + horizon, represented(self.obstacles)
-        there = some[np.array([self.obstacles[k].exists(t) for k in some], np.bool_)]
-        return there, at_horizon(self.obstacles, there, start, t)
+    @cached_property
+    def outlines(self) -> Outlines:
+        """The outlines of those around which detours lead."""
+        return outlines(self.obstacles)
 
 
 def sources_of(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float, end: float) -> list[Source]:
@@ -200,14 +200,22 @@ class ObstacleWindow:
             if isinstance(source, Tracks):
                 source.refuse_worlds("obstacles")
 
-    def at_horizon(self) -> AtHorizon:
-        """The obstacles around which detours lead and that are known and exist at the horizon."""
-        parts, first = [AtHorizon(zero_records(ObstacleAtHorizon, 0), NO_CORNERS)], 0
-        for source, count in zip(self._sources, self._counts):
-            some, found = source.at_horizon(self.start, self.horizon)
-            parts.append(found._replace(each=found.each[self.until[first + some] > 0.0]))
-            first += count
-        return joined_at_horizon(parts)
+    def at_horizon(self, bodies: Bodies) -> AtHorizon:
+        """The obstacles around which detours lead and that are known and exist at the horizon.
+
+        Of those that move the ones among the `bodies`, from whose pieces their places come: those of the window, grown
+        by any robot. One that counts for less than the horizon goes on as on average until then.
+        """
+        if not self._sources:
+            return NONE_AT_HORIZON
+        found = joined_outlines([source.outlines for source in self._sources], self._counts)
+        each, corners = found.at_horizon.each.copy(), found.at_horizon.corners.copy()
+        pieces = bodies.pieces
+        rows = pieces.times, pieces.points, pieces.turns, bodies.first_piece
+        there = kernels.put_at_horizon(
+            *(bodies.each, rows, bodies.now, found.owner, found.moves, self.until, self.horizon, each, corners)
+        )
+        return AtHorizon(each if there.all() else each[there], corners)
 
     @property
     def is_passive(self) -> bool:

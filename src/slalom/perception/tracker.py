@@ -4,7 +4,7 @@ from bisect import bisect_right
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from math import sqrt
-from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from slalom.base.checks import (
     check_fields,
     has,
     not_before,
+    not_negative,
     number,
     shown,
     vector,
@@ -189,6 +190,11 @@ class _Step(NamedTuple):
     heading: float | None
 
 
+def _checked_braking(braking: float | None, name: str) -> float | None:
+    """A deceleration [m/s^2] of 0 or more, or None. Raises InvalidInput for something else."""
+    return None if braking is None else not_negative(braking, name)
+
+
 @dataclass(eq=False)
 class Tracker:
     """Obstacles followed by their ids, for decisions in a loop.
@@ -206,11 +212,14 @@ class Tracker:
         shape: of obstacles that come without one.
         filter: estimates the motion.
         max_age: [s].
+        braking: [m/s^2] deceleration up to which round obstacles ahead of a robot may brake, see `Tracks`. None: as
+            hard as the robot; 0: they keep to the prediction, as others than round ones and those in space do.
     """
 
     shape: Shape = field(default_factory=lambda: Disc(0.3))
     filter: Filter = field(default_factory=ConstantVelocityFilter)
     max_age: Positive = 1.0
+    braking: Annotated[float | None, _checked_braking] = None
     _steps: dict[Hashable, list[_Step]] = field(default_factory=dict, init=False, repr=False)
     _now: float = field(default=-np.inf, init=False, repr=False)
 
@@ -320,6 +329,7 @@ class Tracker:
                 ids=tuple(id for id, _, _ in found),
                 forecast=self.filter.forecast,
                 uncertainty=tuple(estimate.uncertainty for _, _, estimate in found),
+                braking=self.braking,
             )
         ]
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
+from itertools import chain
 from math import ceil, hypot
 from typing import Final, NamedTuple
 
@@ -13,13 +14,15 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, TIME
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
+from slalom.decision.fallback import DEEPER_BY, is_moving
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.settings import SharedSettings
+from slalom.kernels.arrays import Indices
 from slalom.model.goal import Goal, refuse_stop
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
-from slalom.model.response import AccelerateThenBrake
+from slalom.model.response import AccelerateThenBrake, Velocity
 from slalom.model.shape import Capsule, Disc, Rectangle
 from slalom.model.state import State
 from slalom.obstacle.window import Obstacles, ObstacleWindow
@@ -97,7 +100,8 @@ class VehicleNavigator(SharedSettings):
     several shapes about the point. The first one is a disc as wide as the body, larger ones follow, and the last disc
     contains the body at every heading. Then comes the body at its present heading. The first plan with a clear motion
     is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise a bicycle that may reverse leaves backwards.
-    Without a clear motion, the latest collision among all of them, and braking, is chosen.
+    Without a clear motion, the latest collision among all of them, and braking, is chosen. A body that overlaps an
+    obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
 
     Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
 
@@ -191,22 +195,32 @@ class VehicleNavigator(SharedSettings):
         window = self._navigators[0].predict(obstacles, state, now)
         moment = Moment(pose, state, obstacles, window, self.vehicle.goal(pose, goal, now), now, previous)
         if previous is not None and previous.reverses_until is not None and now < previous.reverses_until - TIME:
-            found = self._judged(moment, previous.manoeuvre, None, previous.reverses_until)
+            proposal = self._proposed(moment, previous.manoeuvre, None, previous.reverses_until)
+            found = self._judged(proposal, self._as_predicted(moment))
             if found.collision == np.inf:
                 return found
+        overlapped = self._overlapped(moment)
+        if any(len(each) for each in overlapped):
+            return self._leaving(moment, overlapped)
         rejected: list[VehicleDecision] = []
-        for manoeuvre, plan in self._plans(moment):
-            if any(manoeuvre is other.manoeuvre for other in rejected):
-                continue
-            found = self._judged(moment, manoeuvre, plan)
+        for proposal in self._proposals(moment, leaves=False):
+            found = self._judged(proposal, self._as_predicted(moment))
             if found.collision == np.inf:
-                stalled = plan is not None and plan.stalled >= self.reverse_after and self.vehicle.leaves_backwards
-                return (self._reversal(moment) if stalled and self._is_blocked(moment) else None) or found
+                stays = found.plan is not None and self._stays(moment, found.plan)
+                return (self._reversal(moment) if stays else None) or found
             rejected.append(found)
-        return self._reversal(moment) or max(rejected, key=lambda one: one.collision)
+        return self._reversal(moment) or _latest(rejected)
 
-    def _plans(self, moment: Moment) -> Iterator[tuple[Manoeuvre, Decision | None]]:
-        """Manoeuvres of the point in the order in which they are tried."""
+    def _proposals(self, moment: Moment, leaves: bool) -> Iterator[VehicleDecision]:
+        """The decisions for different manoeuvres of the point, not judged, in the order of `_plans`."""
+        made: list[Manoeuvre] = []
+        for manoeuvre, plan in self._plans(moment, leaves):
+            if not any(manoeuvre is other for other in made):
+                made.append(manoeuvre)
+                yield self._proposed(moment, manoeuvre, plan)
+
+    def _plans(self, moment: Moment, leaves: bool) -> Iterator[tuple[Manoeuvre, Decision | None]]:
+        """Manoeuvres of the point in the order in which they are tried; `leaves`: by a body that overlaps obstacles."""
         state = moment.state
         now = moment.now
         previous = moment.previous
@@ -218,15 +232,78 @@ class VehicleNavigator(SharedSettings):
             else:
                 # The shape overlaps an obstacle, which the body need not do.
                 unsafe.append(plan)
+        goes_on: list[tuple[Manoeuvre, Decision | None]] = []
         if previous is not None:
-            yield previous.manoeuvre, previous.plan
-        yield from ((plan.manoeuvre, plan) for plan in unsafe)
+            goes_on = [(previous.manoeuvre, previous.plan)]
+        others: list[tuple[Manoeuvre, Decision | None]] = [(plan.manoeuvre, plan) for plan in unsafe]
+        yield from others + goes_on if leaves else goes_on + others
         brake = max(self.vehicle.period, hypot(*state.velocity) / self.vehicle.feedback)
         stop = AccelerateThenBrake(self.vehicle.period, brake)
         yield Manoeuvre(stop, state, -state.velocity / (brake + self.vehicle.period), now), None
 
-    def _is_blocked(self, moment: Moment) -> bool:
-        """Whether the vehicle would stay near this place among the obstacles at rest alone."""
+    def _overlapped(self, moment: Moment) -> list[Indices]:
+        """The obstacles that each disc of the body overlaps."""
+        places = [State(place, np.zeros(2)) for place in self._places(moment.pose)]
+        return [
+            ControlObstacle(Velocity(), place, moment.window, disc).overlapping
+            for place, (_, disc) in zip(places, self.discs_of_body)
+        ]
+
+    def _places(self, pose: Pose) -> list[Array]:
+        """The positions (2,) [m] of the discs of the body."""
+        return [pose.position + ahead * pose.direction for ahead, _ in self.discs_of_body]
+
+    def _leaving(self, moment: Moment, overlapped: list[Indices]) -> VehicleDecision:
+        """The decision of a vehicle whose body overlaps obstacles: no deeper into any, else by as little as possible.
+
+        Those that move are left out where it would otherwise hit another obstacle before it can stop.
+        """
+        every = np.unique(np.concatenate(overlapped))
+        moving = np.array([k for k in every.tolist() if is_moving(moment.window.obstacle(k), moment.now)], np.int64)
+        to_stop = self.vehicle.period + abs(moment.pose.speed) / self._navigators[0].limits.braking
+        backwards = (self._backwards(moment, each) for each in self.vehicle.ways_out(moment.pose, self._periods))
+        plans, made = self._proposals(moment, leaves=True), list[VehicleDecision]()
+        last = None if moment.previous is None else moment.previous.plan
+        stays = last is not None and self._stays(moment, last)
+        proposals = chain(backwards, plans) if stays else chain(plans, backwards)
+        for depth in DEEPER_BY:
+            found = self._leaving_among(self._touched(moment, every, moving[:0], depth), made, proposals)
+            if found.collision < np.inf and len(moving):
+                others = self._touched(moment, every, moving, depth)
+                if self._first_collision(found.motions, others) <= to_stop:
+                    found = self._leaving_among(others, made, proposals)
+            if found.collision == np.inf:
+                break
+        return found
+
+    def _leaving_among(
+        self, windows: list[ObstacleWindow], made: list[VehicleDecision], proposals: Iterator[VehicleDecision]
+    ) -> VehicleDecision:
+        """The first proposal without a collision among the obstacles, or the one with the latest.
+
+        Those `made` already come first; the list gets the further ones.
+        """
+        rejected: list[VehicleDecision] = []
+        for one in chain(tuple(made), proposals):
+            if len(rejected) >= len(made):
+                made.append(one)
+            found = self._judged(one, windows)
+            if found.collision == np.inf:
+                return replace(found, outcome=Outcome.ESCAPING)
+            rejected.append(found)
+        return replace(_latest(rejected), outcome=Outcome.ESCAPING)
+
+    def _touched(self, moment: Moment, overlapped: Indices, left_out: Indices, depth: float) -> list[ObstacleWindow]:
+        """The obstacles as each disc of the body meets them that gets up to a depth [m] deeper into overlapped ones."""
+        deeper = np.zeros(len(moment.window))
+        deeper[overlapped] = depth
+        deeper[left_out] = np.inf
+        return [moment.window.touched_from(place, deeper) for place in self._places(moment.pose)]
+
+    def _stays(self, moment: Moment, plan: Decision) -> bool:
+        """Whether a vehicle that leaves backwards makes no progress, and would not among obstacles at rest alone."""
+        if not self.vehicle.leaves_backwards or plan.stalled < self.reverse_after:
+            return False
         lasting = [each for each in moment.window.obstacles if each.at_rest]
         plan = self._navigators[0].decide(moment.state, lasting, moment.aim, now=moment.now)
         motions = self.vehicle.follow(moment.pose, plan.manoeuvre, moment.now, self._periods)
@@ -235,37 +312,56 @@ class VehicleNavigator(SharedSettings):
     def _reversal(self, moment: Moment) -> VehicleDecision | None:
         """The first way out backwards without a collision; None if there is none."""
         for motions in self.vehicle.ways_out(moment.pose, self._periods):
-            if self._first_collision(motions, moment.window) == np.inf:
-                point = self.vehicle.body_motion(motions, self.vehicle.lever)
-                until = moment.now + self.vehicle.period * float(np.flatnonzero(motions[:, 3]).max(initial=0) + 1)
-                return self._judged(moment, Manoeuvre(point, point.start, np.zeros(2), moment.now), None, until)
+            if self._first_collision(motions, self._as_predicted(moment)) == np.inf:
+                return self._judged(self._backwards(moment, motions), self._as_predicted(moment))
         return None
+
+    def _backwards(self, moment: Moment, motions: Array) -> VehicleDecision:
+        """The decision for a way out backwards, not judged."""
+        point = self.vehicle.body_motion(motions, self.vehicle.lever)
+        until = moment.now + self.vehicle.period * float(np.flatnonzero(motions[:, 3]).max(initial=0) + 1)
+        return self._proposed(moment, Manoeuvre(point, point.start, np.zeros(2), moment.now), None, until)
+
+    def _as_predicted(self, moment: Moment) -> list[ObstacleWindow]:
+        """The obstacles as each disc of a body meets them that overlaps none."""
+        return [moment.window] * len(self.discs_of_body)
 
     @property
     def _periods(self) -> int:
         """Periods up to the horizon."""
         return ceil(self.horizon / self.vehicle.period - 1e-9)
 
-    def _judged(
+    def _proposed(
         self, moment: Moment, manoeuvre: Manoeuvre, plan: Decision | None, reverses_until: float | None = None
     ) -> VehicleDecision:
-        """The decision for a manoeuvre: its command, and the first collision of the body."""
+        """The decision for a manoeuvre as long as it is not judged: its command."""
         motions = self.vehicle.follow(moment.pose, manoeuvre, moment.now, self._periods)
         command = Command(float(motions[1, 3]), float(motions[1, 4]))
-        collision = self._first_collision(motions, moment.window)
+        return VehicleDecision(command, manoeuvre, Outcome.DELAYED, motions, 0.0, plan, reverses_until)
+
+    def _judged(self, proposal: VehicleDecision, windows: list[ObstacleWindow]) -> VehicleDecision:
+        """The decision with the first collision of the body among the obstacles of each disc, and its outcome."""
+        collision, plan = self._first_collision(proposal.motions, windows), proposal.plan
         outcome = Outcome.DELAYED
         if collision == np.inf:
             outcome = Outcome.CONTINUED if plan is None or not plan.outcome.safe else plan.outcome
-        return VehicleDecision(command, manoeuvre, outcome, motions, collision, plan, reverses_until)
+        return replace(proposal, collision=collision, outcome=outcome)
 
-    def _first_collision(self, motions: Array, window: ObstacleWindow) -> float:
-        """Time [s] of the first collision of the body, with the margin that it can keep."""
-        return min(self._collision(motions, ahead, disc, window) for ahead, disc in self.discs_of_body)
+    def _first_collision(self, motions: Array, windows: list[ObstacleWindow]) -> float:
+        """Time [s] of the first collision of a disc of the body among its obstacles, with the margin it can keep."""
+        discs = zip(self.discs_of_body, windows)
+        return min(self._collision(motions, ahead, disc, window) for (ahead, disc), window in discs)
 
     def _collision(self, motions: Array, ahead: float, disc: Disc, window: ObstacleWindow) -> float:
         """Time [s] of the first collision of a disc `ahead` [m] of the axle, with the margin that it can keep."""
         motion = self.vehicle.body_motion(motions, ahead)
         state = motion.start
         clearances = ControlObstacle(motion, state, window, disc).initial_clearances
-        kept = np.clip(clearances - CONTACT_SLACK, 0.0, self.margin)
+        # Bodies are grown by the error of the motion.
+        kept = np.clip(clearances - CONTACT_SLACK - motion.interpolation_error, 0.0, self.margin)
         return float(ControlObstacle(motion, state, window, disc, kept).time_to_collision(np.zeros(2)))
+
+
+def _latest(decisions: list[VehicleDecision]) -> VehicleDecision:
+    """The first of the decisions with the latest collision."""
+    return max(decisions, key=lambda one: one.collision)

@@ -1,13 +1,150 @@
-"""Ways around obstacles at the horizon: their lengths, and estimates of the time along them."""
+"""Ways around obstacles at the horizon: their places then, lengths of ways, and estimates of the time along them."""
+
+from typing import Final
 
 import numpy as np
 
-from slalom.kernels.arrays import Array
+from slalom.kernels.arrays import Array, Body, Flags, Indices, Records
 from slalom.kernels.decision.bodies import is_elsewhere
 from slalom.kernels.decision.tables import DecisionTables, ObstacleAtHorizon, Scratch
 from slalom.kernels.decision.targets import earliest_arrival, target_state
-from slalom.kernels.geometry.cubic import copy_into
+from slalom.kernels.geometry.cubic import copy_into, value
 from slalom.kernels.jit import inlined, kernel, squared
+
+SAME_DIRECTION: Final = 0.7
+"""[1] Cosine of the angle between the way of a robot and what moves in its direction and holds it up: 45 degrees.
+
+Larger: robots stay behind slower ones that cross their way. Smaller: they take detours around others that come closer.
+"""
+
+EXISTS: Final = 1e-9
+"""[s] An obstacle whose pieces end sooner than this before the horizon exists there. Larger: some that leave count."""
+
+
+@kernel
+def put_at_horizon(
+    bodies: Records[Body],
+    pieces: tuple[Array, Array, Array, Indices],
+    now: float,
+    owner: Indices,
+    moves: Flags,
+    until: Array,
+    horizon: float,
+    each: Records[ObstacleAtHorizon],
+    corners: Array,
+) -> Flags:
+    """Which of the obstacles exist and are known at the horizon (m,); those that move are put where they are then.
+
+    Their places, displacements and directions come from the pieces of bodies, one of each obstacle.
+
+    Args:
+        bodies: (b,), and their times, points, turns and first pieces, with the begin of the window [s], see `Bodies`.
+        owner: (m,) numbers of obstacles. moves: (m,) which of them move. until: (o,) [s] see `ObstacleWindow`.
+        horizon: [s].
+        each: (m,) records, and `corners` (c, 4), of those that move about their positions, in their frames.
+    """
+    times, points, turns, first_piece = pieces
+    d = points.shape[2]
+    turning = len(turns) > 0
+    body = np.full(len(until), -1)
+    for b in range(len(bodies)):
+        if first_piece[b] < first_piece[b + 1]:
+            body[bodies[b].owner] = b
+    there = np.zeros(len(owner), np.bool_)
+    for k in range(len(owner)):
+        last = until[owner[k]]
+        there[k] = last > 0.0
+        if not (there[k] and moves[k]):
+            continue
+        b = body[owner[k]]
+        end = now + min(last, horizon)
+        if b < 0 or times[first_piece[b + 1] - 1, 1] < end - EXISTS:
+            there[k] = False
+            continue
+        s = piece_at(times, first_piece[b], first_piece[b + 1], now)
+        t = piece_at(times, s, first_piece[b + 1], end)
+        longer = horizon / min(last, horizon)
+        for axis in range(d):
+            before = value_at(times, points, s, axis, now)
+            moved = longer * (value_at(times, points, t, axis, end) - before)
+            each[k].moved[axis] = moved
+            each[k].position[axis] = before + moved - bodies[b].offset[axis]
+        x = 1.0
+        y = 0.0
+        if turning:
+            x = value_at(times, turns, t, 0, end)
+            y = value_at(times, turns, t, 1, end)
+            size = np.sqrt(x * x + y * y)
+            x /= size
+            y /= size
+        for c in range(each[k].first, each[k].last):
+            for j in (0, 2):
+                ahead = corners[c, j]
+                aside = corners[c, j + 1]
+                corners[c, j] = x * ahead - y * aside
+                corners[c, j + 1] = y * ahead + x * aside
+            corners[c, 0] += each[k].position[0]
+            corners[c, 1] += each[k].position[1]
+    return there
+
+
+@inlined
+def piece_at(times: Array, begin: int, end: int, t: float) -> int:
+    """The piece from `begin` up to before `end` that holds time t; the first or the last one where none does."""
+    last = end - 1
+    while begin < last:
+        middle = (begin + last) // 2
+        if times[middle, 1] <= t:
+            begin = middle + 1
+        else:
+            last = middle
+    return begin
+
+
+@inlined
+def value_at(times: Array, points: Array, s: int, axis: int, t: float) -> float:
+    """The value of cubic s with control points (n, 4, d) at time t, or at its nearer end."""
+    x = min(max((t - times[s, 0]) / (times[s, 1] - times[s, 0]), 0.0), 1.0)
+    return float(value(points[s, 0, axis], points[s, 1, axis], points[s, 2, axis], points[s, 3, axis], x))
+
+
+@kernel
+def in_the_way(each: Records[ObstacleAtHorizon], position: Array, target: Array, around: float, reach: float) -> Flags:
+    """Which obstacles hold up a robot on its straight way to the target: (m,); none if none covers a part of that way.
+
+    Those at rest that cover a part of a straight way from a place within `reach` [m]. Those that move in the direction
+    of the way, and that the robot may meet within its reach.
+
+    Args:
+        position, target: (d,) [m]. around: [m] from the position of the robot to its surface, with the margin.
+    """
+    found = np.zeros(len(each), np.bool_)
+    blocked = False
+    length = 1e-18
+    for axis in range(len(position)):
+        length += squared(target[axis] - position[axis])
+    length = np.sqrt(length)
+    for k in range(len(each)):
+        body = each[k]
+        along = 0.0
+        ahead = 0.0
+        moved = 0.0
+        away = 0.0
+        for axis in range(len(position)):
+            way = (target[axis] - position[axis]) / length
+            now = body.position[axis] - body.moved[axis] - position[axis]
+            along += now * way
+            ahead += body.moved[axis] * way
+            moved += squared(body.moved[axis])
+            away += squared(now)
+        if moved > 0.0 and ahead < SAME_DIRECTION * np.sqrt(moved):
+            continue
+        size = body.ball + around
+        nearest = min(max(along, 0.0), length)
+        beside = np.sqrt(max(away - along * along, 0.0) + squared(along - nearest))
+        found[k] = (np.sqrt(away) if moved > 0.0 else beside) < size + reach
+        blocked = blocked or (found[k] and beside < size)
+    return found if blocked else np.zeros(len(each), np.bool_)
 
 
 @inlined
