@@ -157,6 +157,54 @@ def test_a_fleet_follows_paths_as_a_navigator_and_goes_on_from_a_copy() -> None:
     assert all(route.reached(p, v, 0.0) for route, p, v in zip(routes, positions, velocities))
 
 
+WALLS = ObstacleTable(
+    [
+        Obstacle(Polyline(points), Stationary((0.0, 0.0)))
+        for points in ([(0.0, 2.0), (9.0, 2.0)], [(0.0, 0.0), (12.0, 0.0), (12.0, 6.0)])
+    ]
+)
+"""A corridor along the x axis, open at its upper right corner."""
+
+
+def test_a_robot_begins_a_new_path_where_it_is_nearest() -> None:
+    """Planned anew on the way: lengths along the old path mean nothing on the new one, in a replay too."""
+    navigator = Navigator(METHODS["nao"], Disc(0.3), Limits(1.0, 1.0), horizon=3.0)
+    goal, state, decision = PathGoal([(1, 1), (11, 1)], tolerance=0.2), State((1.0, 1.0), (0.0, 0.0)), None
+    for k in range(400):
+        if k == 60:
+            goal = PathGoal([tuple(state.position), (10.2, 1.0), (10.2, 3.2), (2.0, 3.2)], tolerance=0.2)
+        if k == 30:
+            # The same points: the progress goes on.
+            goal = PathGoal(goal.points, tolerance=0.2)
+        before = decision
+        decision = navigator.decide(state, WALLS, goal, now=DT * k, previous=decision)
+        if k == 30:
+            assert decision.progress >= before.progress > 1.0
+        if k == 60:
+            assert before.progress > 5.0
+            assert decision.progress == pytest.approx(0.0, abs=0.1)
+            assert decision.inputs.previous.progress is None
+        if goal.reached(state.position, state.velocity, DT * k):
+            break
+        state = decision.manoeuvre.advance(DT * (k + 1) - decision.manoeuvre.start)
+    assert goal.reached(state.position, state.velocity, DT * k)
+
+
+def test_a_fleet_begins_new_paths_where_its_robots_are_nearest() -> None:
+    routes = [PathGoal([(0, 0), (30, 0)], 1.5, 0.3), PathGoal([(0, 5), (30, 5)], 1.5, 0.3)]
+    fleet = Fleet(METHODS["nao"], Disc(0.4), LIMITS, robots=2, period=DT)
+    positions, velocities = np.array([route.points[0] for route in routes]), np.zeros((2, 2))
+    for k in range(80):
+        if k == 60:
+            routes = [PathGoal([tuple(positions[0]), (30, -8)], 1.5, 0.3), routes[1]]
+        decided = fleet.step(k * DT, positions, velocities, paths=routes)
+        if k == 60:
+            # A target just ahead on the new path, as far as the robot looks.
+            assert np.linalg.norm(fleet.table.each["target"][0, :2] - positions[0]) <= 2.5
+        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
+    assert positions[1, 0] > 8.0
+
+
 FILE = """\
 robot:
   shape: {kind: disc, radius: 0.4}

@@ -413,6 +413,14 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
     return state_after((), state, now - delay, now) if previous is None else previous.state_at(now, state, now - delay)
 
 
+def on_way_to(previous: Decision | None, goal: Goal | None) -> Decision | None:
+    """The previous decision of a robot with this goal: without a progress if that was along another path."""
+    if previous is None or previous.progress is None or previous.inputs is None:
+        return previous
+    same = isinstance(goal, PathGoal) and goal.is_way_of(previous.inputs.goal)
+    return previous if same else _with(previous, progress=None)
+
+
 def completed(
     decision: Decision, inputs: DecisionInputs, previous: Decision | None, progress: float | None, limit: float
 ) -> Decision:

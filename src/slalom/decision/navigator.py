@@ -33,7 +33,7 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, PATH_BRAKING, REST
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
-from slalom.decision.decision import Decision, Outcome, completed, made, state_to_decide_from
+from slalom.decision.decision import Decision, Outcome, completed, made, on_way_to, state_to_decide_from
 from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
 from slalom.decision.futures import least_given_up, levels, time_of
 from slalom.decision.inputs import DecisionInputs
@@ -188,6 +188,7 @@ class Navigator(Settings):
         around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
         window = self.predict(around, state, now)
         check_dimensions(self.robot, state, window, others)
+        previous = on_way_to(previous, goal)
         progress = None if previous is None else previous.progress
         step = self.step_along(goal, state, window, progress) if isinstance(goal, PathGoal) else None
         request = Request(robot, around, others, state, goal, step, now, previous, limit)

@@ -103,6 +103,10 @@ class Destinations:
             for k, (goal, limits) in enumerate(zip(goals, self.members.limits)):
                 has(goal, *GOAL, f"{name}[{k}]")
                 refuse_stop(goal, limits, f"{name}[{k}]")
+            for k, (goal, earlier) in enumerate(zip(goals, before)):
+                # Lengths along a path mean nothing on another one.
+                if not (isinstance(goal, PathGoal) and goal.is_way_of(earlier)):
+                    self.progress[k] = None
             self._goals, self._until = tuple(goals), -np.inf
             self._paths = {k: goal for k, goal in enumerate(goals) if isinstance(goal, PathGoal)}
             self._position = np.array([goal.position(now) for goal in goals])

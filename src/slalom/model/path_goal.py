@@ -97,6 +97,10 @@ class PathGoal(Goal):
         """[m] of the path."""
         return float(self._at[-1])
 
+    def is_way_of(self, other: "Goal | None") -> bool:
+        """Whether another goal is a path through the same points: lengths along one are lengths along the other."""
+        return other is self or (isinstance(other, PathGoal) and np.array_equal(self.points, other.points))
+
     def point(self, progress: float) -> Array:
         """The point (d,) [m] of the path at a length [m] from its start."""
         return np.asarray(self.points_at(np.array([progress]))[0])

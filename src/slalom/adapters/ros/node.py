@@ -1,7 +1,7 @@
 """The core of a node: messages in, commands out. It reads no clock and no topic, so that a replay repeats it."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -150,9 +150,6 @@ class Node:
 
     def _head_for(self, goal: "Placed[Goal]") -> None:
         self._goal, self.arrived = goal, False
-        if self._last is not None:
-            # The progress was that along the former path.
-            self._last = self._last._replace(decision=replace(self._last.decision, progress=None))
 
     def _take_tracks(self, message: Any) -> None:
         if hasattr(message, "markers"):
