@@ -166,6 +166,14 @@ def test_random_fleets_are_measured(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "random_fleets.json").read_text())["tables"]
 
 
+@pytest.mark.slow
+def test_arrivals_of_fleets_are_measured(tmp_path: Path) -> None:
+    """Apart from the page of times: two and three robots in four scenes."""
+    done = called(FOLDER / "arrivals.py", "--quick", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert all(target["met"] for target in json.loads((tmp_path / "arrivals.json").read_text())["targets"])
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Best settings of baselines.
 

@@ -10,7 +10,7 @@ from slalom import METHODS, ConstantAcceleration, Decision, Fleet, Method, Obsta
 from slalom.decision.methods import margin_among
 from slalom.fleet.guidance import Guidance
 from slalom.kernels.arrays import Indices
-from slalom.kernels.decision.tables import NO_OBJECTIVES, DecisionTables
+from slalom.kernels.decision.tables import NO_CLAIMS, NO_OBJECTIVES, DecisionTables
 from slalom.model.manoeuvre import first_manoeuvre
 from slalom.sim import Scenario, gallery
 from slalom.sim.run.fleet_decider import FleetDecider
@@ -21,7 +21,7 @@ class Watched(Fleet):
     """A fleet that keeps the arguments of its last decision."""
 
     def _decide(self, order, settings, bodies, obstacles):
-        parts = self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
+        parts = self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES, NO_CLAIMS
         self.last = order, DecisionTables(self.table, *bodies[0], *parts)
         return super()._decide(order, settings, bodies, obstacles)
 

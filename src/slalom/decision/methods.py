@@ -56,7 +56,8 @@ class Method:
         agrees: whether two robots that share the avoidance agree, from what both observe, on the side to pass on.
         stops_at_obstacles: whether other robots that are only observed are predicted to stop where they would get into
             contact with an obstacle at rest.
-        shared: robots receive the committed manoeuvres of the others, and decide one after the other.
+        shared: robots receive the committed manoeuvres of the others, and decide one after the other. Without
+            guidance they leave the ways of robots that are held up.
         looks_ahead: whether a single robot searches over sequences of accelerations (`lookahead.LookAhead`).
         turning: the responses of a single robot with the bound LeastSpeed that end in a turn, see `Navigator`; None:
             none.

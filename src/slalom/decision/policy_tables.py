@@ -46,6 +46,7 @@ from slalom.kernels.decision.tables import (
     FOLLOW_VELOCITY,
     IN_PYTHON,
     MIXED,
+    NO_CLAIMS,
     NO_OBJECTIVES,
     PREFERRED,
     DecisionTables,
@@ -369,7 +370,8 @@ class PolicyTables:
             kind = int(self._skeletons.kind[-1])
             met = bodies if kind == 0 else self._skeletons.grown_bodies(kind, obstacles, detours=False, around=around)
             stop_observed(kind, robots, met, settings)
-        return DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives), in_python
+        tables = DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives, NO_CLAIMS)
+        return tables, in_python
 
     def _objective_in_python(self, table: OwnTable, request: Request) -> ObjectiveInPython:
         navigator, (robots, own) = self.robot, table

@@ -47,7 +47,7 @@ class Destinations:
         """Have no goals and no paths."""
         self._goals: tuple[Goal, ...] = ()
         self._paths = dict[int, PathGoal]()
-        self._guided, self._until = False, -np.inf
+        self.guided, self._until = False, -np.inf
         self._same = self._moving = np.zeros(len(self.progress), np.bool_)
         self.motion, _ = target_paths([], 0.0, 1.0)
 
@@ -78,7 +78,7 @@ class Destinations:
             if len(goals) != n:
                 raise InvalidInput(f"{found[0]}: expected {n}, found {len(goals)}")
             self._head_for_goals(table, goals, now, found[0])
-            self._guided = self.guidance is not None and len(self._paths) < n
+            self.guided = self.guidance is not None and len(self._paths) < n
             return
         self._forget()
         if desired_velocities is not None:
@@ -86,7 +86,7 @@ class Destinations:
             return
         assert targets is not None
         each["target"][:, :d], each["final"] = array_of(targets, "targets", (n, d)), True
-        self._guided = self.guidance is not None
+        self.guided = self.guidance is not None
         for k in np.flatnonzero(each["stop"]).tolist():
             bound = least_speed(self.members.limits[k])
             if bound is not None:
@@ -124,7 +124,7 @@ class Destinations:
     def guide(self, table: RobotTable, now: float, joined: Flags) -> None:
         """Replace positions to be at by those of guidance; robots that `joined` (n,) or have new goals begin anew."""
         guidance, each = self.guidance, table.each
-        if guidance is None or not self._guided:
+        if guidance is None or not self.guided:
             return
         guide = guidance.guide
         before = guide.position.copy()
@@ -169,18 +169,42 @@ class Destinations:
         each["final"][k] = step.final
         each["target"][k, :d] = step.goal.position(0.0)
         each["tolerance"][k], each["stop"][k] = step.goal.tolerance, step.goal.stop
+        hidden = partial(around.covered, robot=shape, margin=0.0)
+        seen = _last_in_sight(path, each["position"][k, :d], step.progress, shape.bounding_radius, hidden)
+        if seen < step.progress:
+            # Others have moved the robot behind an obstacle.
+            self.progress[k] = seen
+            each["final"][k] = each["stop"][k] = False
+            each["target"][k, :d] = path.point(seen)
 
     def distances(self, table: RobotTable) -> tuple[Array, Array, Array]:
         """Distances (n,) [m] left to the goals or along the paths, the goals (n, d) [m], and their tolerances."""
         each, d = table.each, self.members.shapes[0].dimension
         targets, tolerances = each["target"][:, :d].copy(), each["tolerance"]
-        if self.guidance is not None and self._guided:
+        if self.guidance is not None and self.guided:
             targets, tolerances = self.guidance.guide.goal[:, :d].copy(), self.guidance.guide.goal_tolerance
         left = np.maximum(np.linalg.norm(targets - each["position"][:, :d], axis=1) - tolerances, 0.0)
         for k, path in self._paths.items():
             targets[k], at = path.points[-1], self.progress[k]
             left[k] = max(path.length - (at or 0.0) - path.tolerance, 0.0)
         return left, targets, tolerances
+
+
+def _last_in_sight(
+    path: PathGoal, position: Array, progress: float, size: float, covered: Callable[[Array], Flags]
+) -> float:
+    """The last progress [m] on a path, up to the given one, to which no obstacle at rest covers the straight way.
+
+    The given one if there is none, or if the robot of `size` [m] at `position` (d,) [m] is on the path.
+    """
+    at = progress
+    while at >= 0.0:
+        way = path.point(at) - position
+        count = int(np.linalg.norm(way) / size)
+        if count < 2 or not covered(position + np.arange(1, count)[:, None] / count * way).any():
+            return at
+        at -= size
+    return progress
 
 
 def _checked_paths(paths: Sequence[PathGoal]) -> Sequence[PathGoal]:

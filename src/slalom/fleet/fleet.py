@@ -50,12 +50,14 @@ from slalom.fleet.destinations import Destinations
 from slalom.fleet.guidance import guidance_of
 from slalom.fleet.images import Images
 from slalom.fleet.observation import Information, observers_of
+from slalom.fleet.right_of_way import PublishedManoeuvre, RightOfWay
 from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
 from slalom.fleet.settings import Policy, members_of
 from slalom.forecast.linear import piecewise_polynomial
 from slalom.kernels.arrays import Flags, Indices
 from slalom.kernels.decision.tables import (
     ARRIVE,
+    NO_CLAIMS,
     NO_OBJECTIVES,
     DecisionSettings,
     DecisionTables,
@@ -106,10 +108,12 @@ class Fleet:
     `watch`, if any, is called after each group of robots (rows) has decided, with the table of the robots and the
     obstacles among which they decided. It must not change them, and copies what it keeps.
 
-    With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. With other
-    methods each predicts the others from their present states. In a fleet of several methods a robot receives the
-    manoeuvre of another only if both have the method `nao_shared`. The result depends neither on threads nor on the
-    hash seed. A fleet can be pickled and copied; the copy goes on equal to the bit.
+    With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. Without guidance
+    each leaves the ways of robots that are held up, see `RightOfWay`. With other methods each predicts the others from
+    their present states. In a fleet of several methods a robot receives the manoeuvre of another only if both have the
+    method `nao_shared`; a robot that only observes may press one that shares, which ends its guarantee. The result
+    depends neither on threads nor on the hash seed. A fleet can be pickled and copied; the copy goes on equal to the
+    bit.
 
     Args:
         method: a row of the table of methods. shapes, limits, margin, priority: see below.
@@ -198,6 +202,7 @@ class Fleet:
         world_period = None if self.images is None else self.images.period
         self.guidance = guidance_of(guided, self.members, given, world_period, self.threads)
         self.destinations = Destinations(self.members, self.period, self.horizon, self.guidance, bool(guided))
+        self.right_of_way = RightOfWay(np.array([method.shared for method in self.members.methods]))
         self.targets, self.information = self.destinations.motion, Information()
         self.watch: Callable[[Indices, RobotTable, Obstacles], None] | None = None
 
@@ -370,12 +375,13 @@ class Fleet:
     ) -> dict[int, Outcome]:
         """The outcomes of the robots in `order` that fell back; the others are in the table."""
         decide_all, fallen = one_by_one if settings.shared else at_once, dict[int, Outcome]()
+        claims = self.right_of_way.claims(self.table) if settings.shared else NO_CLAIMS
         for kind, own in enumerate(bodies):
             stop_observed(kind, self.table, own, settings)
         for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):
             own = bodies[int(self.table.each["skeleton"][some[0]])]
             tables = DecisionTables(
-                self.table, *own, self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES
+                self.table, *own, self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES, claims
             )
             fall_back = partial(self._fall_back, obstacles=obstacles, now=settings.now)
             fallen |= decide_all(some, tables, fall_back, self.threads)
@@ -520,6 +526,8 @@ class Fleet:
         for k in np.flatnonzero(joined).tolist():
             self._begin(k, State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d]), now)
         self._known[:] = there
+        left, at, within = to.distances(self.table)
+        self.right_of_way.update(self.table, left, at, within, self.period, around, to.guided)
         order = _in_turn(self.members.worlds, self._steps)
         self._steps += 1
         return self._decision(there, self._outcomes(order[there[order]], around, now), now)
@@ -578,13 +586,15 @@ class Fleet:
         if not self._known[rows].all():
             absent = int(rows[np.argmin(self._known[rows])])
             raise InvalidInput(f"robots: expected those that were present in the last step, found {absent}")
+        standings = self.right_of_way.standings(self.table)
         return tuple(
-            Obstacle(
+            PublishedManoeuvre(
                 self.members.shapes[k],
                 piecewise_polynomial(committed.times[k], committed.points[k, ..., :d]),
                 self.members.names[k],
+                standing=standings[k],
             )
-            for k in rows
+            for k in rows.tolist()
         )
 
 

@@ -10,6 +10,7 @@ from slalom.kernels.callback import call_back
 from slalom.kernels.decision.detours import detour_length, longer_by_balls, may_block, time_around
 from slalom.kernels.decision.limits import admissible_set, excess, peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
+from slalom.kernels.decision.right_of_way import cost_on_ways
 from slalom.kernels.decision.tables import (
     ARRIVE,
     BALL_WINDOWS,
@@ -197,7 +198,10 @@ def cost_in_python(until: float, to: float, paths: Paths, row: int, tables: Deci
 def manoeuvre_cost(
     i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
 ) -> float:
-    """Cost [s] of row `row` of `paths` for robot i by its objective, see `cost_by_part`; of a mixed one the mean."""
+    """Cost [s] of row `row` of `paths` for robot i by its objective, see `cost_by_part`; of a mixed one the mean.
+
+    A manoeuvre that ends on a way that the robot has to leave costs more, see `cost_on_ways`.
+    """
     robot = tables.robots.each[i]
     parts = tables.objectives
     if robot.objective == IN_PYTHON:
@@ -211,7 +215,7 @@ def manoeuvre_cost(
         cost += parts.weight[p] * part if mixed else part
     if mixed:
         robot.objective = MIXED
-    return cost
+    return cost + cost_on_ways(i, until, paths, row, tables, scratch)
 
 
 @inlined
@@ -453,9 +457,16 @@ def preferred_by_part(i: int, r: int, angle: float, tables: DecisionTables, scra
     desired_velocity(i, settings.now + ahead, step, position, velocity, robots, tables.targets, scratch)
     if angle != 0.0:
         turn(desired, angle)
+    control_to_velocity(robot, r, desired, responses, u)
+
+
+@inlined
+def control_to_velocity(robot: Robot, r: int, desired: Array, responses: ResponseTable, u: Array) -> None:
+    """Write the control of response r under which a robot settles at the velocity `desired` (d,) [m/s] into u (3,)."""
     shares = responses.each[r].settled_velocity
-    for axis in range(d):
-        u[axis] = (desired[axis] - (shares[0] * velocity[axis] + shares[1] * robot.acceleration[axis])) / shares[2]
+    for axis in range(len(desired)):
+        drift = shares[0] * robot.velocity[axis] + shares[1] * robot.acceleration[axis]
+        u[axis] = (desired[axis] - drift) / shares[2]
 
 
 @kernel
@@ -586,18 +597,26 @@ def position_shares(r: int, t: float, responses: ResponseTable) -> tuple[float, 
 def optimistic_costs(i: int, detour: int, closed: Flags, tables: DecisionTables, search: ResponseSearch) -> None:
     """Write preferred controls and optimistic costs [s] of all responses that are not `closed` (k,) into `search`.
 
-    `detour`: 0 the straight line to the target, else the number of the detour.
+    `detour`: 0 the straight line to the target, else the number of the detour, or after these of a way aside.
     """
     robots = tables.robots
     responses = tables.responses
     settings = tables.settings
-    first = responses.kinds[robots.each[i].kind]
-    angle = 0.0 if detour == 0 else settings.detours[detour - 1]
+    robot = robots.each[i]
+    first = responses.kinds[robot.kind]
+    desired = search.scratch.desired_velocity
+    aside = detour - 1 - len(settings.detours)
+    angle = 0.0 if detour == 0 or aside >= 0 else settings.detours[detour - 1]
     for k in range(len(closed)):
         if not closed[k]:
             r = first + k
             at = detour * len(closed) + k
-            preferred_control(i, r, angle, tables, search.scratch, search.preferred[at])
+            if aside >= 0:
+                for axis in range(settings.dimension):
+                    desired[axis] = robot.max_speed * search.aside[aside, axis]
+                control_to_velocity(robot, r, desired, responses, search.preferred[at])
+            else:
+                preferred_control(i, r, angle, tables, search.scratch, search.preferred[at])
             search.costs[at] = optimistic_cost(i, r, search.preferred[at], tables, search.scratch)
 
 

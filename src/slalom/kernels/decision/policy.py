@@ -39,6 +39,7 @@ from slalom.kernels.decision.paths import (
     unchanged_control,
 )
 from slalom.kernels.decision.response_motion import WORK_CHOICE, choose, relative_motion, relative_table
+from slalom.kernels.decision.right_of_way import cost_on_ways, ways_aside
 from slalom.kernels.decision.tables import (
     BALL_WINDOWS,
     CellList,
@@ -343,7 +344,7 @@ def keep_committed(
     until = max(settings.period, robot.settled - settings.now)
     if costs[k] == np.inf:
         if robot.resting and is_measured_at_rest(robot, settings.dimension):
-            costs[k] = 0.0
+            costs[k] = cost_on_ways(i, until, robots.committed, i, tables, search.scratch)
         else:
             costs[k] = manoeuvre_cost(i, until, to, robots.committed, i, near, tables, search.scratch)
     # A free change can be made later as well; a robot that arrives before cannot make it.
@@ -446,7 +447,7 @@ def best_response(
         at = first_least(costs)
         if costs[at] >= best - worth and not (clear or detoured):
             detoured = True
-            for detour in range(1, 1 + len(settings.detours)):
+            for detour in range(1, 1 + len(settings.detours) + len(search.aside)):
                 optimistic_costs(i, detour, closed, tables, search)
             at = first_least(costs)
         known = safe or best_r >= 0
@@ -480,7 +481,7 @@ def best_response(
             response_path(robot, r, u, responses, settings, until, scratch.paths, 0)
         cost = manoeuvre_cost(i, until, until, scratch.paths, 0, near, tables, scratch)
         exact = detour == 0 and u[0] == preferred[0] and u[1] == preferred[1] and u[2] == preferred[2]
-        clear = clear or exact
+        clear = clear or (exact and len(search.aside) == 0)
         if cost < best - COST_TIE:
             best, best_r, outcome = cost, r, CLEAR if exact else CONSTRAINED
             copy_into(search.control, u)
@@ -570,7 +571,8 @@ def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSear
     last = responses.kinds[robot.kind + 1]
     count = last - first
     shortest = np.inf
-    rows = count * (1 + len(settings.detours))
+    aside = ways_aside(i, tables)
+    rows = count * (1 + len(settings.detours) + len(aside))
     search = ResponseSearch(
         scratch,
         np.zeros(count, np.bool_),
@@ -579,6 +581,7 @@ def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSear
         np.full(rows, np.inf),
         np.zeros((rows, 3)),
         np.zeros(3),
+        aside,
     )
     if is_too_fast(robot):
         # A small acceleration held for long would obey the limit only at its end; the speed must fall now.

@@ -95,6 +95,7 @@ class Robot:
     enough: float  # [m] the last part of both margins: the robot keeps as much of it as it can, without `SQUEEZED`
     priority: float  # > 0: of two robots that share the avoidance, the one with more does less of it
     world: int  # number of the world: robots meet only robots and bodies of their own
+    rank: int  # of two robots the one of lower rank has the right of way, see `Claims`
     max_speed: float  # [m/s]
     max_acceleration: float  # [m/s^2]
     braking: float  # [m/s^2] deceleration that the bounds allow at any velocity
@@ -276,6 +277,26 @@ NO_OBJECTIVES: Final = Objectives(
 """For robots whose objectives have no parts."""
 
 
+class Claims(NamedTuple):
+    """Ways of robots that are held up: each robot of higher rank leaves them."""
+
+    first: Indices  # (w + 1,) those in world w are the rows first[w] to first[w + 1]
+    position: Array  # (c, 3) [m] beginning of the way
+    way: Array  # (c, 3) [m] from there to its end
+    width: Array  # (c,) [m] half of it, without the radius of the robot that leaves it
+    rank: Indices  # (c,) of the robot that is held up
+
+
+NO_CLAIMS: Final = Claims(
+    first=np.zeros(1, np.int64),
+    position=np.empty((0, 3)),
+    way=np.empty((0, 3)),
+    width=np.empty(0),
+    rank=np.empty(0, np.int64),
+)
+"""Where no robot has the right of way."""
+
+
 class DecisionTables(NamedTuple):
     """All inputs of a decision except the cell list."""
 
@@ -288,6 +309,7 @@ class DecisionTables(NamedTuple):
     targets: TargetPaths
     settings: DecisionSettings
     objectives: Objectives
+    claims: Claims
 
 
 class MetBody:
@@ -343,9 +365,10 @@ class ResponseSearch(NamedTuple):
     excluded: Flags  # (k,) responses that are not considered
     kept_costs: Array  # (k,) [s] cost of keeping the manoeuvre instead of changing to response k; inf: not known
     delays: Array  # (k,) [s] loss by a change to response k after the manoeuvre that is kept; inf: not known
-    costs: Array  # (k * (1 + detours),) [s] optimistic costs; inf: examined or not computed
-    preferred: Array  # (k * (1 + detours), 3) controls
+    costs: Array  # (k * (1 + detours + m),) [s] optimistic costs; inf: examined or not computed
+    preferred: Array  # (k * (1 + detours + m), 3) controls
     control: Array  # (3,) of the best manoeuvre found
+    aside: Array  # (m, 3) unit vectors off the way that the robot has to leave; none if it covers none
 
 
 class Controls(NamedTuple):

@@ -1,0 +1,169 @@
+"""Right of way among robots that publish manoeuvres: robots that are held up claim the ways to their targets.
+
+Each robot of higher rank leaves these ways, see `kernels.decision.right_of_way`. Claims have no part in safety: with
+any claim the decision of a robot keeps clear of all published manoeuvres.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from slalom.base.checks import Array
+from slalom.kernels.arrays import Flags
+from slalom.kernels.decision.tables import ARRIVE, NO_CLAIMS, Claims, RobotTable
+from slalom.obstacle import Obstacle
+
+CLAIM_AFTER: Final = 1.5
+"""[1] A robot claims its way after so many times of those in which it reaches its largest speed.
+
+Larger: robots that block each other lose time. Smaller: robots leave ways that would soon be free.
+"""
+
+CLAIM_LENGTH: Final = 3.0
+"""[1] Length of a claimed way in distances that the robot drives at its largest speed in the time to reach it.
+
+Larger: robots move aside that leave by themselves. Smaller: they move aside late.
+"""
+
+CLAIM_GROWTH: Final = 0.03
+"""[1] Rate at which the claimed way gets wider on either side, as a share of the largest speed.
+
+With 0, robots enclose each other: 1 of 60 passed a doorway. With 0.07, robots in a room were pushed into its corners.
+Larger: more robots move aside. Smaller: outer robots make place later.
+"""
+
+HELD_UP_SPEED: Final = 0.3
+"""[1] A robot that comes nearer to its target at less than this share of its largest speed is held up.
+
+Larger: robots that pass others slowly claim their ways. Smaller: robots that creep claim none.
+"""
+
+CLAIM_RECOVERY: Final = 10.0
+"""[1] The time for which a robot has been held up falls so many times faster than it rises.
+
+Larger: a robot that starts loses its right of way at once. With 2, claims of 10 s and more outlast their cause.
+"""
+
+
+class Standing(NamedTuple):
+    """The right of way of one robot, as it publishes it."""
+
+    visited: bool  # whether it has been at its goal
+    left: float  # [m] distance to its goal
+    position: tuple[float, float, float]  # [m]
+    way: tuple[float, float, float]  # [m] from there to the end of the way that it claims
+    width: float  # [m] half the width of that way; 0: it claims none
+
+
+@dataclass(frozen=True, eq=False)
+class PublishedManoeuvre(Obstacle):
+    """A committed manoeuvre of another fleet, with the right of way of its robot; None: it takes no part in it."""
+
+    standing: Standing | None = field(default=None, kw_only=True)
+
+
+class RightOfWay:
+    """The times for which robots that publish manoeuvres have been held up, and the order of their rights of way.
+
+    Of two robots the one has the right of way that is not at its goal; then the one that has never been there, then
+    the one with less distance left to it, then the one with the lesser coordinates.
+
+    Args:
+        publishes: (n,) whether a robot publishes its manoeuvres.
+    """
+
+    def __init__(self, publishes: Flags) -> None:
+        n = len(publishes)
+        self.held_up = np.zeros(n)  # [s]
+        self._publishes = publishes
+        self._goal = np.full((n, 3), np.nan)
+        self._left = np.zeros(n)
+        self._visited = np.zeros(n, np.bool_)
+        self._others: list[Standing] = []
+        self._active = True
+        self._other_ranks = np.zeros(0, np.int64)
+
+    def update(
+        self,
+        table: RobotTable,
+        left: Array,
+        goals: Array,
+        tolerances: Array,
+        period: float,
+        others: Sequence[object],
+        guided: bool,
+    ) -> None:
+        """Update these times, `period` [s] after the last update, and write the ranks into the table.
+
+        Args:
+            left: (n,) [m] to the goals, without their tolerances (n,) [m]. goals: (n, d) [m]; with a new goal a robot
+                begins anew. others: among which those published by other fleets claim ways too.
+            guided: whether guidance serves in place of claims, where there are no other fleets.
+        """
+        each, d = table.each, goals.shape[1]
+        way = each["target"] - each["position"]
+        away = np.linalg.norm(way, axis=1)
+        # A robot at the end of its path may have been moved off it.
+        left = np.maximum(left, away - each["tolerance"])
+        new = ~(np.linalg.norm(goals - self._goal[:, :d], axis=1) <= tolerances) | ~each["present"]
+        self._goal[new, :d], self._left = goals[new], left
+        self._visited = (self._visited & ~new) | (left <= 0.0)
+        nearer = (each["velocity"] * way).sum(axis=1) / np.maximum(away, 1e-12)
+        slow = nearer < HELD_UP_SPEED * each["max_speed"]
+        times = np.where(slow, self.held_up + period, np.maximum(self.held_up - CLAIM_RECOVERY * period, 0.0))
+        claims = each["present"] & self._publishes & (each["objective"] == ARRIVE) & (left > 0.0) & ~new
+        self.held_up = np.where(claims, times, 0.0)
+        self._others = [one.standing for one in others if isinstance(one, PublishedManoeuvre) and one.standing]
+        self._active = not guided or len(self._others) > 0
+        position = np.array([*each["position"].tolist(), *(one.position for one in self._others)])
+        visited = [*self._visited.tolist(), *(one.visited for one in self._others)]
+        ranks = np.empty(len(position), np.int64)
+        lefts = [*left.tolist(), *(one.left for one in self._others)]
+        keys = (*position.T[::-1], lefts, visited, np.array(lefts) <= 0.0)
+        ranks[np.lexsort(keys)] = np.arange(len(position))
+        each["rank"], self._other_ranks = ranks[: len(left)], ranks[len(left) :]
+
+    def _ways(self, each: Any) -> tuple[Array, Array]:
+        """The ways (m, 3) [m] that robots `each` (m,) claim, and half their widths (m,) [m]; 0: none is claimed."""
+        fast = each["max_speed"] / each["max_acceleration"]
+        longer = self.held_up[each["number"]] - CLAIM_AFTER * fast
+        way = each["target"] - each["position"]
+        most = CLAIM_LENGTH * fast * each["max_speed"]
+        way *= np.minimum(most / np.maximum(np.linalg.norm(way, axis=1), 1e-12), 1.0)[:, None]
+        width = each["radius"] + each["margin_among"] + CLAIM_GROWTH * each["max_speed"] * longer
+        return way, np.where(each["present"] & (longer >= 0.0), width, 0.0)
+
+    def claims(self, table: RobotTable) -> Claims:
+        """The claims of the robots in a table, which may hold images of them, and of other fleets in every world."""
+        others = [k for k, one in enumerate(self._others) if one.width > 0.0]
+        rows = np.flatnonzero(self.held_up[table.each["number"]] > 0.0)
+        if not self._active or not (len(rows) or others):
+            return NO_CLAIMS
+        each, worlds = table.each[rows], int(table.each["world"].max()) + 1
+        way, width = self._ways(each)
+        some, met = np.flatnonzero(width > 0.0), [self._others[k] for k in others]
+        world = np.concatenate([each["world"][some], np.repeat(np.arange(worlds), len(met))])
+        order = np.argsort(world, kind="stable")
+        columns = (
+            (each["position"][some], [one.position for one in met]),
+            (way[some], [one.way for one in met]),
+            (width[some], [one.width for one in met]),
+            (each["rank"][some], self._other_ranks[others]),
+        )
+        position, ways, widths, ranks = (
+            np.concatenate([own, *[np.asarray(theirs, own.dtype)] * worlds] if met else [own])[order]
+            for own, theirs in columns
+        )
+        return Claims(np.searchsorted(world[order], np.arange(worlds + 1)), position, ways, widths, ranks)
+
+    def standings(self, table: RobotTable) -> list[Standing | None]:
+        """The right of way of each robot, to publish; None for a robot that publishes no manoeuvres."""
+        each = table.each
+        ways, widths = self._ways(each)
+        rows = zip(
+            self._visited.tolist(), self._left.tolist(), each["position"].tolist(), ways.tolist(), widths.tolist()
+        )
+        found = [Standing(visited, left, tuple(at), tuple(way), width) for visited, left, at, way, width in rows]
+        return [one if publishes else None for one, publishes in zip(found, self._publishes.tolist())]
