@@ -487,7 +487,7 @@ def best_response(
             copy_into(search.control, u)
 
 
-@inlined
+@kernel
 def best_of_responses(
     i: int,
     rows: ObstaclePieces,
@@ -499,19 +499,23 @@ def best_of_responses(
     safe: bool,
 ) -> tuple[int, int]:
     """As `best_response`; of a robot that acts `early` first without the responses that brake."""
-    if tables.settings.early:
-        costs, excluded = search.costs.copy(), search.excluded.copy()
-        first = tables.responses.kinds[tables.robots.each[i].kind]
+    costs, excluded = search.costs.copy(), search.excluded.copy()
+    first = tables.responses.kinds[tables.robots.each[i].kind]
+    r, outcome = -1, CONSTRAINED
+    for attempt in range(2):
+        if attempt == 0 and not tables.settings.early:
+            continue
         for k in range(len(excluded)):
-            if tables.responses.each[first + k].brakes:
+            if attempt == 0 and tables.responses.each[first + k].brakes:
                 search.excluded[k] = True
                 search.costs[k] = np.inf
         r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
-        copy_into(search.excluded, excluded)
         if r >= 0 or outcome in (KEPT, INTERRUPTED):
-            return r, outcome
+            break
+        copy_into(search.excluded, excluded)
         copy_into(search.costs, costs)
-    return best_response(i, rows, met, near, tables, search, keep, safe)
+    copy_into(search.excluded, excluded)
+    return r, outcome
 
 
 @kernel

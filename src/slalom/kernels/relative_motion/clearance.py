@@ -130,13 +130,17 @@ def depth_at(table: Segments, k: int, u: Array, s: float) -> tuple[float, float]
     """
     points = table.points
     gain = modulus_at(table.gains[:, k], table.cross[:, k : k + 1], s)
+    turned = table.cross.shape[1] > 0
     square = 0.0
     for axis in range(3):
-        q0 = points[0, axis, k] - image(table.gains, table.cross, 0, k, u, axis)
-        q1 = points[1, axis, k] - image(table.gains, table.cross, 1, k, u, axis)
-        q2 = points[2, axis, k] - image(table.gains, table.cross, 2, k, u, axis)
-        q3 = points[3, axis, k] - image(table.gains, table.cross, 3, k, u, axis)
-        q = value(q0, q1, q2, q3, s)
+        q = value(points[0, axis, k], points[1, axis, k], points[2, axis, k], points[3, axis, k], s)
+        if turned:
+            u0 = image(table.gains, table.cross, 0, k, u, axis)
+            u1 = image(table.gains, table.cross, 1, k, u, axis)
+            u2 = image(table.gains, table.cross, 2, k, u, axis)
+            q -= value(u0, u1, u2, image(table.gains, table.cross, 3, k, u, axis), s)
+        else:
+            q -= u[axis] * gain
         square += q * q
     return (table.radius[k] - np.sqrt(square)) / gain, gain
 
