@@ -71,7 +71,15 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "Responses": (
         *("Response", "Velocity", "LaggedVelocity", "Acceleration", "AccelerateThenBrake", "AccelerateThenCoast"),
-        *("AccelerateThenStop", "AccelerationSequence", "Jerk", "AccelerationLag", "advance", "Affine"),
+        *(
+            "AccelerateThenStop",
+            "AccelerateThenTurn",
+            "AccelerationSequence",
+            "Jerk",
+            "AccelerationLag",
+            "advance",
+            "Affine",
+        ),
     ),
     "Bounds": (*("Bound", "Box", "ConvexPolygon", "Friction", "HeadingCone", "LeastSpeed", "TurningRadius"),),
     "Objectives": (

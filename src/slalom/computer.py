@@ -56,7 +56,8 @@ def _decide(robot: Shape, obstacles: Sequence[Obstacle], d: int = 2) -> None:
         for around in some:
             navigator.decide(state, around, path)
             decision: Decision | None = None
-            for now in (0.0, 0.1):
+            # At the last time it is held up.
+            for now in (0.0, 0.1, 9.0):
                 decision = navigator.decide(state, around, goal, now=now, previous=decision)
         navigator.decide(state, obstacles, goal, robots=tracks)
         blocked = navigator.decide(state, obstacles, goal).blocked

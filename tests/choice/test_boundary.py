@@ -7,10 +7,12 @@ from draws import draws
 from scenes import scene
 
 from slalom import (
+    AccelerateThenTurn,
     Acceleration,
     ConstantAcceleration,
     ConstantVelocity,
     Disc,
+    InvalidInput,
     Obstacle,
     PiecewisePolynomial,
     State,
@@ -95,7 +97,12 @@ def difference(s, rng, n=1000):
 def test_regions_are_the_controls_that_collide(chunk):
     for number in range(chunk * QUICK, (chunk + 1) * QUICK):
         s = scene(number, 2)
-        share, worst = difference(s, np.random.default_rng(number))
+        try:
+            share, worst = difference(s, np.random.default_rng(number))
+        except InvalidInput:
+            # Obstacles and the response turn, and the robot has corners.
+            assert isinstance(s.response, AccelerateThenTurn)
+            continue
         assert share < SHARE, f"areas differ by {share:g}: {s}"
         assert worst < OFF, f"a control {worst:g} tolerances from the boundary is on the wrong side: {s}"
 

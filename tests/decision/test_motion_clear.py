@@ -63,6 +63,7 @@ def settings(d: int, now: float, horizon: float) -> DecisionSettings:
         stops_at_obstacles=False,
         shared=False,
         detours=np.empty(0),
+        early=False,
         held_up=False,
         budget=np.inf,
     )

@@ -146,7 +146,7 @@ def test_the_parts_work_by_name(package: Path) -> None:
     decision = robot.decide(State((0, 0), (0, 0)), [], Goal(Stationary((0.0, 9.0))))
     assert decision.manoeuvre.velocity(1.0)[1] == pytest.approx(0.0, abs=1e-9)
     table = compare("two_cars", ["steady", "nao"], 2, settings={"seconds": 1.0}, metrics=["steps", "time"], jobs=2)
-    assert table["methods"]["steady"]["metrics"]["steps"] == {"mean": 10.0, "interval": None}
+    assert table["methods"]["steady"]["metrics"]["steps"] == {"mean": 10.0, "interval": None, "range": [10.0, 10.0]}
     assert table["methods"]["nao"]["metrics"]["time"]["mean"] == pytest.approx(1.0)
 
 

@@ -121,6 +121,7 @@ from slalom.sim import (
 from slalom.sim.files.decision_file import CommitmentSpec, PathSpec, SourceSpec, _decision, read_decision
 from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.scenario_writer import scenario_text
+from slalom.sim.files.scenario_yaml import read_scenarios
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
 from slalom.sim.gallery import build
 from slalom.sim.measure.hdf5_child import Refused
@@ -1260,6 +1261,17 @@ VALUES = (
     (r'"a\0"', r"'a\\x00' as str"),
 )
 """Values that YAML cannot read, and what is found."""
+CASES = """\
+robot:
+  shape: {kind: disc, radius: 0.4}
+  position: [0, 0]
+  max_speed: 2.5
+  max_acceleration: 2
+  goal: {position: [5, 0]}
+cases:
+  - {duration: 3}
+  - {duration: -3}
+"""
 FILES: dict[str, Callable[[Path], object]] = {
     r"none/d\.json: expected a file that can be written": lambda f: decision().dump(f / "none/d.json"),
     r"d\.json: expected JSON, found a mistake": reading(read_decision, "d.json", "[["),
@@ -1279,6 +1291,7 @@ FILES: dict[str, Callable[[Path], object]] = {
     ),
     r"a\.yaml:2:3: expected text as a key, found a list": yaml("a: 1\n? [b]\n: 2"),
     r"a\.yaml:1:3: expected text as a key, found a mapping": yaml("? {b: 1}\n: 2"),
+    r"a\.yaml:9:16: duration: expected a number above 0, found -3": reading(read_scenarios, "a.yaml", CASES),
     r"a\.yaml: expected at most 1000000 values, found more by aliases": yaml(aliases(8)),
     r"a\.yaml: expected at most 1000000 values, found more by aliases$": yaml("a: &a [*a]"),
     r"slalom: expected the code that the sweep began with, found other code": lambda _: run_case(
