@@ -219,8 +219,6 @@ STEERING_RATE = 0.4
 """[m], [rad], [rad/s] of vehicle type 2."""
 POWER = 11.5 * 7.319
 """[m^2/s^3] Largest acceleration times speed of vehicle type 2 above 7.319 m/s."""
-DISCS = 6
-"""Discs that cover the body, which add 0.08 m at its sides. More: less is added, and decisions take longer."""
 LOOKAHEAD = 1.0
 """[s] in which the car is to be where the target is. Longer: it reacts more evenly to its delay."""
 AHEAD = 2.0
@@ -238,7 +236,7 @@ def drive_single_track(scenario: Any, problem: Any, max_acceleration: float, mar
     points, speeds = path.position(times), np.linalg.norm(path.velocity(times), axis=1)
     fastest = SPEED_RESERVE * max(float(speeds.max()), float(start.velocity))
     car = Bicycle(WHEELBASE, STEERING, STEERING_RATE, fastest, min(max_acceleration, POWER / fastest), period=dt)
-    robot = VehicleNavigator(car, method("nao"), Rectangle(LENGTH, WIDTH), discs=DISCS, margin=margin)
+    robot = VehicleNavigator(car, method("nao"), Rectangle(LENGTH, WIDTH), margin=margin)
     around, pose = surroundings(scenario), Pose(start.position, float(start.orientation), float(start.velocity))
     poses = [pose]
     previous = None
@@ -250,7 +248,7 @@ def drive_single_track(scenario: Any, problem: Any, max_acceleration: float, mar
         previous = robot.decide(pose, around, goal, now=k * dt, previous=previous)
         pose = car.drive(pose, previous.command)
         poses.append(pose)
-        k, safe = k + 1, safe and previous.outcome.safe
+        k, safe = k + 1, safe and previous.safe
         reached = in_goal(problem, pose.position, pose.velocity, k, pose.heading)
     return Motion(
         np.arange(first, k + 1, dtype=np.float64),

@@ -98,7 +98,7 @@ class Slalom:
 
     def _drive(self, navigator: VehicleNavigator, ego: Any, others: list[Any], now: float) -> Array:
         x, y, heading = (float(value) for value in ego.state[:3, 0])
-        dt, steered = navigator.vehicle.period, self._kind == "acker"
+        dt, steered = navigator.period, self._kind == "acker"
         pose = Pose((x, y), heading, float(self._velocity[0]), self._turn)
         decision = navigator.decide(
             pose,

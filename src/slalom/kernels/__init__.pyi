@@ -42,3 +42,14 @@ from .relative_motion.window import (
 from .selection.exchange import choose_many as choose_many, nearest_free as nearest_free
 from .sequence_search.search import grow_tree as grow_tree, sequence_is_clear as sequence_is_clear
 from .sequence_search.tree import add_node as add_node
+from .vehicle.body import first_contact as first_contact, pose_gaps as pose_gaps
+from .vehicle.driving import (
+    commanded as commanded,
+    drive as drive,
+    follow as follow,
+    held as held,
+    reached_after as reached_after,
+    sampled as sampled,
+    turn_rate as turn_rate,
+    within_limits as within_limits,
+)

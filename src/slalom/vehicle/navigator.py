@@ -1,32 +1,51 @@
 """Decisions of a vehicle that are judged by the motion of its body, not of the point that it decides for."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from itertools import chain
 from math import ceil, hypot
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.checks import GOAL, LIMITS, Array, check_fields, has, not_negative, number, whole
+from slalom import kernels
+from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, has, not_negative, number
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import CONTACT_SLACK, TIME
-from slalom.choice.control_obstacle import ControlObstacle
+from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
 from slalom.decision.fallback import DEEPER_BY, is_moving
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
+from slalom.decision.objective import Objective
 from slalom.decision.settings import SharedSettings
-from slalom.kernels.arrays import Indices
+from slalom.kernels.arrays import Bodies
+from slalom.kernels.vehicle.wheels import REST_WAY
 from slalom.model.goal import Goal, refuse_stop
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
-from slalom.model.response import AccelerateThenBrake, Velocity
-from slalom.model.shape import Capsule, Disc, Rectangle
+from slalom.model.path_goal import PathGoal
+from slalom.model.response import AccelerateThenBrake
+from slalom.model.shape import Capsule, Disc, Shape
 from slalom.model.state import State
+from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
-from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle
+from slalom.vehicle.motion import manoeuvre_of
+from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle, pose_of
+
+CONTACT_SHARE: Final = 1e-4
+"""[1] Depth of an overlap that counts as contact, as a share of the size of the body: 0.4 mm for a car.
+
+Larger: deeper overlaps count as contact. Smaller: more tests of motions along walls.
+"""
+
+ADVANCE_SHARE: Final = 0.2
+"""[1] Least way between two tests of a motion, as a share of the depth that counts as contact. As of CONTACT_SHARE."""
+
+KEPT_SHARE: Final = 0.75
+"""[1] Share of its clearance that a body keeps at least which is nearer to an obstacle than the margin.
+
+Larger: more tests of motions along walls. Smaller: it comes nearer to them, decision by decision.
+"""
 
 GROWTHS: Final = (0.0, 0.5, 1.0)
 """[1] Growths of the robot in the plans of a vehicle, in distances of the point from the axle.
@@ -41,122 +60,194 @@ TURN_RESERVES: Final = (0.0, 0.01)
 Larger: gaps are missed. Smaller: plans are rejected because the body turns.
 """
 
-TRACKING_RESERVE: Final = 0.1
-"""[1] What the plans of a vehicle keep beyond its margin, in tracking errors.
+PLAN_RESERVE: Final = 0.002
+"""[m] What the plans of a vehicle keep beyond its margin.
 
 A plan that keeps exactly the margin is rejected if its vehicle is a little off. 0: most plans are rejected. Larger:
-gaps are missed; 1 is the bound of the error within a period.
+gaps are missed.
 """
+
+PARTS: Final = 2
+"""[1] Cubic pieces for the motion of a body in a period. They are exact to a micrometre at usual turn rates.
+
+More: longer decisions. Fewer: 16 times the error for half of the parts.
+"""
+
+HELD_FOR: Final = (0.1, 0.25, 0.5)
+"""[1] Shares of the horizon for which a vehicle holds a speed and a turn where no plan is clear.
+
+More and longer ones: ways out of narrower places. Fewer: quicker decisions.
+"""
+
+SLOW: Final = 0.5
+"""[1] A plan that comes nearer to the goal by less than this share of the free way is compared with held motions.
+
+Larger: more decisions compare them. Smaller: the vehicle creeps where it could turn away.
+"""
+
+GAIN: Final = 0.1
+"""[1] Share of the free way by which a held motion must come nearer to the goal than a plan. As of SLOW."""
+
+CORRECTION_TIMES: Final = np.array([0.4, 0.4, 0.4, 1.2, 1.2])
+"""[s] Times in which differences of measured motions from the predicted ones are corrected, by 63 %.
+
+Of x, y, heading, speed and turn, each in addition to the lag. Longer: the vehicle notices slip later. Shorter: noise of
+measurements becomes turns of the vehicle, which a lag amplifies.
+"""
+
+CORRECTED_WITHIN: Final = (0.05, 0.05, 0.2, 0.5)
+"""[m], [rad], [m/s], [rad/s or rad] Differences from the prediction beyond which the measured pose is taken as it is.
+
+Larger: a push is noticed later. Smaller: rare large errors of measurements count in full.
+"""
+
+PERSISTS: Final = 1e-9
+"""[1] A time that is a whole number of periods up to this share of one counts as that number."""
 
 
 class Moment(NamedTuple):
     """The inputs of one decision.
 
     Attributes:
+        pose: of the vehicle when the decision acts. track: (m, 6) before that, see `VehicleDecision`.
         state: of the point, at `pose`. aim: its goal. window: the `obstacles` on their predicted trajectories.
-        now: [s]. previous: the decision before; None at the start.
+        now: [s] when the decision acts. previous: the decision before; None at the start.
+        bodies: of the window. gaps: (b,) [m] of the body of the vehicle from each of them.
+        further: other arguments of decisions of the point.
     """
 
     pose: Pose
+    track: Array
     state: State
     obstacles: Obstacles
     window: ObstacleWindow
-    aim: Goal
+    aim: Goal | None
     now: float
     previous: "VehicleDecision | None"
+    bodies: Bodies
+    gaps: Array
+    further: dict[str, Any]
 
 
-@dataclass(frozen=True, eq=False)
-class VehicleDecision:
-    """The command for a vehicle, and the resulting motion.
+class Proposal(NamedTuple):
+    """A motion of the vehicle that is not judged yet.
+
+    Attributes:
+        motions: (k, 5), see `VehicleDecision`. manoeuvre: of the point. plan: the decision that it follows; None for
+            other manoeuvres. until: [s] the time up to which it is kept, if its motion is clear.
+    """
+
+    motions: Array
+    manoeuvre: Manoeuvre
+    plan: Decision | None = None
+    until: float | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class VehicleDecision(Decision):
+    """The command for a vehicle, and the resulting motion: a `Decision` for the point, judged by the body.
 
     Attributes:
         command: for the period from now on.
-        manoeuvre: the plan of the point, which the commands follow.
-        outcome: how it was chosen.
         motions: (k, 5) position [m], heading [rad], speed [m/s] and turn of the vehicle under the commands, at the ends
-            of all periods up to the horizon.
-        collision: [s] from now of the first collision of the body on that motion; inf if there is none.
-        plan: the decision of the point; None for other manoeuvres.
-        reverses_until: [s] end of a reversal; None for other manoeuvres.
+            of all periods up to the horizon, from `acts_at` on.
+        first_contact: [s] from then of the first contact of the body on that motion; inf if there is none.
+        acts_at: [s] time at which the command acts.
+        plan: the decision of the point, which the motion follows unless the outcome says otherwise.
+        until: [s] time up to which this motion is kept if it is clear; None: it may change at once.
+        track: (m, 6) time [s] and motion of the vehicle as it was and is predicted.
+        See `Decision` for the others: the manoeuvre is that of the point.
     """
 
     command: Command
-    manoeuvre: Manoeuvre
-    outcome: Outcome
     motions: Array
-    collision: float
-    plan: Decision | None
-    reverses_until: float | None = None
+    first_contact: float
+    acts_at: float
+    plan: Decision
+    until: float | None
+    track: Array
+
+    def pose_at(self, now: float) -> Pose:
+        """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
+        return pose_of(motion_at(self.track, now))
+
+
+def motion_at(track: Array, now: float) -> Array:
+    """The motion (5,) at `now` [s] of a track (m, 6); before its begin and after its end the first and the last one."""
+    return np.array([np.interp(now, track[:, 0], track[:, k]) for k in range(1, 6)])
 
 
 @dataclass(frozen=True)
 class VehicleNavigator(SharedSettings):
     """Vehicle that decides with `method`, and judges each manoeuvre by the motion of its own body.
 
-    Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits, are
-    integrated up to the horizon. The clearance of the body on that motion decides (certified in continuous time). So
-    neither the distance of the point from the body nor any tracking error is lost. Plans are computed for robots of
-    several shapes about the point. The first one is a disc as wide as the body, larger ones follow, and the last disc
-    contains the body at every heading. Then comes the body at its present heading. The first plan with a clear motion
-    is chosen. Without one, the manoeuvre goes on if it is clear. Otherwise a bicycle that may reverse leaves backwards.
-    Without a clear motion, the latest collision among all of them, and braking, is chosen. A body that overlaps an
-    obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
+    Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits and
+    with the lag of the vehicle, are integrated up to the horizon. The clearance of the body on that motion decides. It
+    is certified in continuous time, for the body as it is and turns. So neither the distance of the point from the body
+    nor any tracking error is lost. Plans are computed for robots of several shapes about the point. The first one is a
+    disc as wide as the body, larger ones follow, and the last disc contains the body at every heading. Then comes the
+    body at its present heading. The first plan with a clear motion is chosen. Without one, the manoeuvre goes on if it
+    is clear. Otherwise the vehicle holds the speed and the turn that lead it nearest to its goal, among those whose
+    motion is clear and ends at rest. Without a clear motion, the latest contact among all of them, and braking, is
+    chosen. A body that overlaps an obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
 
     Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
 
     Attributes:
         vehicle: its limits and its period. method: a row of the table of methods.
-        body: a disc, or a rectangle whose x axis is along the heading; it turns with the vehicle. `discs` discs cover
-            a rectangle, which adds hypot(width, length / discs) / 2 - width / 2 at its sides.
-        center: [m] of the middle of the body ahead of the axle.
+        body: a shape whose x axis is along the heading; it turns with the vehicle. Convex.
+        center: [m] of the origin of the body ahead of the axle.
         horizon, margin, holds and others: see `Settings`. limits: of the point; None: all that the wheels may do.
-        reverse_after: [s] without progress after which a bicycle reverses, if it would stay without moving obstacles.
+        reverse_after: [s] without progress after which it leaves its place, backwards where it must.
     """
 
     vehicle: Vehicle
     method: Method
-    body: Disc | Rectangle
+    body: Shape
     center: float = 0.0
-    discs: int | None = None
     _: KW_ONLY
     limits: Limits | None = None
     reverse_after: float = 3.0
 
     def __post_init__(self) -> None:
-        has(self.vehicle, ("lever", "follow"), "a vehicle, such as DifferentialDrive", "vehicle")
-        if not isinstance(self.body, Disc | Rectangle):
-            raise InvalidInput(f"body: expected a Disc or a Rectangle, found {type(self.body).__name__}")
+        has(self.vehicle, ("lever", "wheels"), "a vehicle, such as DifferentialDrive", "vehicle")
+        has(self.body, *SHAPE, "body")
+        if self.body.dimension != 2 or len(self.body.parts) != 1:
+            raise InvalidInput(f"body: expected one convex shape in the plane, found {self.body!r}")
         object.__setattr__(self, "center", number(self.center, "center"))
-        if self.discs is not None:
-            object.__setattr__(self, "discs", whole(self.discs, "discs", 1))
         if self.limits is not None:
             has(self.limits, *LIMITS, "limits")
         check_fields(self)
         object.__setattr__(self, "reverse_after", not_negative(self.reverse_after, "reverse_after"))
         self._navigators  # noqa: B018  # refuses what a navigator refuses
 
+    @property
+    def period(self) -> float:
+        """[s] between decisions."""
+        return self.vehicle.period
+
     @cached_property
-    def discs_of_body(self) -> tuple[tuple[float, Disc], ...]:
-        """The discs that cover the body: [m] ahead of the axle, and the disc."""
-        if isinstance(self.body, Disc):
-            return ((self.center, self.body),)
-        length, width = self.body.length, self.body.width
-        n = self.discs or ceil(length / width)
-        disc = Disc(0.5 * hypot(width, length / n) + self.body.radius)
-        return tuple((self.center + length * ((k + 0.5) / n - 0.5), disc) for k in range(n))
+    def corners(self) -> Array:
+        """Corners (c, 2) [m] of the body relative to the middle of the axle, which `rounding` [m] grows."""
+        return np.ascontiguousarray(self.body.parts[0].corners + np.array([self.center, 0.0]))
+
+    @property
+    def rounding(self) -> float:
+        """Radius [m] by which the body is rounded."""
+        return self.body.parts[0].radius
 
     @cached_property
     def _navigators(self) -> tuple[Navigator, ...]:
-        least = min(disc.radius for _, disc in self.discs_of_body)
-        most = max(abs(ahead - self.vehicle.lever) + disc.radius for ahead, disc in self.discs_of_body)
+        around = self.corners - np.array([self.vehicle.lever, 0.0])
+        most = float(np.hypot(*around.T).max()) + self.rounding
+        least = float(np.ptp(self.corners[:, 1])) / 2.0 + self.rounding
         return tuple(
             Navigator(
                 self.method,
                 Disc(least + growth * (most - least)),
-                self.limits or self.vehicle.free_limits,
-                period=self.vehicle.period,
-                **self.shared | {"margin": self.margin + TRACKING_RESERVE * self.vehicle.tracking_error},
+                self.limits or self.vehicle.limits,
+                period=self.period,
+                **self.shared | {"margin": self.margin + PLAN_RESERVE},
             )
             for growth in dict.fromkeys(GROWTHS if most > least else (0.0,))
         )
@@ -165,203 +256,309 @@ class VehicleNavigator(SharedSettings):
         """The navigators of the point in the order in which their plans are tried."""
         yield from self._navigators
         if len(self._navigators) > 1:
-            ahead = [0.0, *(each - self.vehicle.lever for each, _ in self.discs_of_body)]
             first, e = self._navigators[0], pose.direction
-            for turn in TURN_RESERVES:
-                radius = first.robot.bounding_radius + turn * (max(ahead) - min(ahead))
-                yield replace(first, robot=Capsule(min(ahead) * e, max(ahead) * e, radius))
+            ahead = [0.0, float(self.corners[:, 0].min()) - self.vehicle.lever]
+            ahead.append(float(self.corners[:, 0].max()) - self.vehicle.lever)
+            # Ends of the capsule as far within the body as its radius.
+            low, high = min(ahead) + first.robot.bounding_radius, max(ahead) - first.robot.bounding_radius
+            low, high = min(0.0, low), max(0.0, high)
+            for turn in TURN_RESERVES if high > low else ():
+                yield replace(first, robot=Capsule(low * e, high * e, first.robot.bounding_radius + turn * (high - low)))
 
     def decide(
         self,
         pose: Pose,
         obstacles: Obstacles,
-        goal: Goal,
+        goal: Goal | None = None,
         *,
+        robots: Tracks | None = None,
         now: float = 0.0,
         previous: VehicleDecision | None = None,
+        objective: Objective | None = None,
+        delay: float = 0.0,
+        budget: float | None = None,
     ) -> VehicleDecision:
         """Decision at time `now` [s] of the vehicle at `pose`, for a `goal` of the middle of its axle.
+
+        Args:
+            robots: others that decide by the same method. Plans of the point share the avoidance with them; the motion
+                of the body is judged among obstacles alone.
+            delay: [s] age of `pose` at `now`. The vehicle moved as predicted meanwhile.
+            See `Navigator.decide` for the others. An objective is that of the point.
 
         Raises:
             InvalidInput: as `Navigator.decide`.
         """
         has(pose, *POSE, "pose")
-        has(goal, *GOAL, "goal")
-        refuse_stop(goal, self._navigators[0].limits)
+        if goal is not None:
+            has(goal, *GOAL, "goal")
+            refuse_stop(goal, self._navigators[0].limits)
         number(now, "now")
+        not_negative(delay, "delay")
         if previous is not None:
-            has(previous, ("manoeuvre", "plan", "reverses_until"), "a VehicleDecision", "previous")
+            has(previous, ("manoeuvre", "motions", "track"), "a VehicleDecision", "previous")
+        further = {"robots": robots, "objective": objective, "budget": budget}
+        moment = self._moment(pose, obstacles, goal, now, previous, delay, further)
+        if previous is not None and previous.until is not None and moment.now < previous.until - TIME:
+            going_on = self._going_on(moment, previous)
+            if (found := self._judged(moment, going_on)) == np.inf:
+                return self._decided(moment, going_on, found, Outcome.CONTINUED)
+        overlapped = moment.bodies.at_rest & (moment.gaps < -self._contact_depth)
+        if overlapped.any():
+            return self._leaving(moment, np.unique(moment.bodies.owner[overlapped]))
+        return self._chosen(moment)
+
+    def _moment(
+        self,
+        pose: Pose,
+        obstacles: Obstacles,
+        goal: Goal | None,
+        now: float,
+        previous: VehicleDecision | None,
+        delay: float,
+        further: dict[str, Any],
+    ) -> Moment:
+        """The inputs at the time at which the decision acts."""
+        acts = now + self.vehicle.delay
+        track = self._estimated(pose, now - delay, acts, previous)
+        pose = pose_of(track[-1, 1:])
         state = self.vehicle.state(pose)
-        window = self._navigators[0].predict(obstacles, state, now)
-        moment = Moment(pose, state, obstacles, window, self.vehicle.goal(pose, goal, now), now, previous)
-        if previous is not None and previous.reverses_until is not None and now < previous.reverses_until - TIME:
-            proposal = self._proposed(moment, previous.manoeuvre, None, previous.reverses_until)
-            found = self._judged(proposal, self._as_predicted(moment))
-            if found.collision == np.inf:
-                return found
-        overlapped = self._overlapped(moment)
-        if any(len(each) for each in overlapped):
-            return self._leaving(moment, overlapped)
-        rejected: list[VehicleDecision] = []
-        for proposal in self._proposals(moment, leaves=False):
-            found = self._judged(proposal, self._as_predicted(moment))
-            if found.collision == np.inf:
-                stays = found.plan is not None and self._stays(moment, found.plan)
-                return (self._reversal(moment) if stays else None) or found
-            rejected.append(found)
-        return self._reversal(moment) or _latest(rejected)
+        window = self._navigators[0].predict(obstacles, state, acts)
+        bodies = window.bodies(Disc(self.rounding))
+        gaps = kernels.pose_gaps(pose.motion[:3], self.corners, bodies, bodies.hulls)
+        aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
+        return Moment(pose, track[:-1], state, obstacles, window, aim, acts, previous, bodies, gaps, further)
 
-    def _proposals(self, moment: Moment, leaves: bool) -> Iterator[VehicleDecision]:
-        """The decisions for different manoeuvres of the point, not judged, in the order of `_plans`."""
-        made: list[Manoeuvre] = []
-        for manoeuvre, plan in self._plans(moment, leaves):
-            if not any(manoeuvre is other for other in made):
-                made.append(manoeuvre)
-                yield self._proposed(moment, manoeuvre, plan)
+    def _estimated(self, pose: Pose, measured: float, acts: float, previous: VehicleDecision | None) -> Array:
+        """The track (m, 6) up to the time `acts` [s] of a vehicle at a pose that was `measured` [s].
 
-    def _plans(self, moment: Moment, leaves: bool) -> Iterator[tuple[Manoeuvre, Decision | None]]:
-        """Manoeuvres of the point in the order in which they are tried; `leaves`: by a body that overlaps obstacles."""
-        state = moment.state
-        now = moment.now
+        The predicted track is corrected by a share of the difference of the measured pose from it.
+        """
+        motion = pose.motion
+        if previous is None:
+            rows, now = [[measured, *motion]], measured
+            while now < acts - PERSISTS * self.period:
+                share = min(1.0, (acts - now) / self.period)
+                kernels.drive(self.vehicle.wheels, motion, motion[3], motion[4], 0.0, share, motion)
+                now += share * self.period
+                rows.append([now, *motion])
+            return np.array(rows)
+        predicted = motion_at(previous.track, measured)
+        off = motion - predicted
+        off[2] = (off[2] + np.pi) % (2.0 * np.pi) - np.pi
+        sizes = np.array([hypot(off[0], off[1]), *np.abs(off[2:])])
+        if np.all(sizes <= CORRECTED_WITHIN):
+            off *= 1.0 - np.exp(-self.period / (CORRECTION_TIMES + max(self.vehicle.lags)))
+        track = previous.track
+        between = track[(track[:, 0] > measured + TIME) & (track[:, 0] < acts - TIME)]
+        times = np.array([measured, *between[:, 0], *([acts] if acts > measured else [])])
+        rows = np.column_stack([times, np.array([motion_at(track, t) for t in times.tolist()])])
+        c, s = np.cos(off[2]), np.sin(off[2])
+        rows[:, 1:3] = predicted[:2] + off[:2] + (rows[:, 1:3] - predicted[:2]) @ np.array([[c, s], [-s, c]])
+        rows[:, 3:] += off[2:]
+        return np.concatenate([track[(track[:, 0] < measured - TIME) & (track[:, 0] > acts - self.horizon)], rows])
+
+    def _chosen(self, moment: Moment) -> VehicleDecision:
+        """The decision of a vehicle whose body overlaps nothing."""
+        keep = self._kept(moment)
+        found, best = self._latest(moment, self._proposals(moment, leaves=False), keep)
+        target = self._target(moment)
+        if found == np.inf and best.plan is not None and self._stays(moment, best.plan):
+            if (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
+                return self._decided(moment, away, np.inf, Outcome.CONSTRAINED)
+        least = np.inf
+        if found == np.inf:
+            cost, way = self._cost(best.motions, target), self.horizon * self.vehicle.limits.max_speed
+            free = min(way, self._cost(best.motions[:1], target))
+            least = cost - GAIN * free if self._cost(best.motions[:1], target) - cost < SLOW * free else -np.inf
+        if least > -np.inf and (held := self._held(moment, keep, target, least, moves=False)) is not None:
+            return self._decided(moment, held, np.inf, Outcome.CONSTRAINED)
+        if found < np.inf:
+            return self._decided(moment, best, found, Outcome.DELAYED)
+        safe = best.plan is not None and best.plan.safe and best.manoeuvre is best.plan.manoeuvre
+        return self._decided(moment, best, found, best.plan.outcome if best.plan and safe else Outcome.CONTINUED)
+
+    def _proposals(self, moment: Moment, leaves: bool) -> Iterator[Proposal]:
+        """Motions in the order in which they are tried; `leaves`: of a body that overlaps obstacles."""
         previous = moment.previous
-        before, unsafe = None if previous is None else previous.plan, list[Decision]()
+        before, unsafe, made = None if previous is None else previous.plan, list[Decision](), list[Manoeuvre]()
         for navigator in self._proposing(moment.pose):
-            plan = navigator.decide(state, moment.obstacles, moment.aim, now=now, previous=before)
-            if plan.safe:
-                yield plan.manoeuvre, plan
-            else:
+            plan = navigator.decide(
+                moment.state, moment.obstacles, moment.aim, now=moment.now, previous=before, **moment.further
+            )
+            if not plan.safe:
                 # The shape overlaps an obstacle, which the body need not do.
                 unsafe.append(plan)
-        goes_on: list[tuple[Manoeuvre, Decision | None]] = []
-        if previous is not None:
-            goes_on = [(previous.manoeuvre, previous.plan)]
-        others: list[tuple[Manoeuvre, Decision | None]] = [(plan.manoeuvre, plan) for plan in unsafe]
+            elif not any(plan.manoeuvre is other for other in made):
+                made.append(plan.manoeuvre)
+                yield self._following(moment, plan)
+        goes_on = [] if previous is None else [self._going_on(moment, previous)]
+        others = [self._following(moment, plan) for plan in unsafe]
         yield from others + goes_on if leaves else goes_on + others
-        brake = max(self.vehicle.period, hypot(*state.velocity) / self.vehicle.feedback)
-        stop = AccelerateThenBrake(self.vehicle.period, brake)
-        yield Manoeuvre(stop, state, -state.velocity / (brake + self.vehicle.period), now), None
+        state = moment.state
+        brake = max(self.period, hypot(*state.velocity) / self.vehicle.wheels.max_acceleration)
+        stop = AccelerateThenBrake(self.period, brake)
+        yield self._planned(moment, Manoeuvre(stop, state, -state.velocity / (brake + self.period), moment.now))
 
-    def _overlapped(self, moment: Moment) -> list[Indices]:
-        """The obstacles that each disc of the body overlaps."""
-        places = [State(place, np.zeros(2)) for place in self._places(moment.pose)]
-        return [
-            ControlObstacle(Velocity(), place, moment.window, disc).overlapping
-            for place, (_, disc) in zip(places, self.discs_of_body)
-        ]
+    def _following(self, moment: Moment, plan: Decision) -> Proposal:
+        """The motion that follows a plan of the point."""
+        return self._planned(moment, plan.manoeuvre)._replace(plan=plan)
 
-    def _places(self, pose: Pose) -> list[Array]:
-        """The positions (2,) [m] of the discs of the body."""
-        return [pose.position + ahead * pose.direction for ahead, _ in self.discs_of_body]
+    def _planned(self, moment: Moment, manoeuvre: Manoeuvre) -> Proposal:
+        """The motion that follows a manoeuvre of the point."""
+        times = moment.now + self.period * np.arange(self._periods + 1)
+        planned = np.concatenate([manoeuvre.position(times), manoeuvre.velocity(times)], axis=1)
+        return Proposal(kernels.follow(self.vehicle.wheels, moment.pose.motion, planned), manoeuvre)
 
-    def _leaving(self, moment: Moment, overlapped: list[Indices]) -> VehicleDecision:
+    def _going_on(self, moment: Moment, previous: VehicleDecision) -> Proposal:
+        """The motion that follows the previous manoeuvre further."""
+        return self._planned(moment, previous.manoeuvre)._replace(plan=previous.plan, until=previous.until)
+
+    def _held(self, moment: Moment, keep: Array, target: Array, least: float, moves: bool) -> Proposal | None:
+        """The clear motion that holds a speed and a turn, and ends nearest to the target (2,) [m]; None: there is none.
+
+        least: [m] cost below which it has to be. moves: only motions that lead away from here.
+        """
+        best: Proposal | None = None
+        for share in HELD_FOR:
+            periods = max(1, round(share * self.horizon / self.period))
+            for speed, turn in self.vehicle.holds:
+                motions = kernels.held(self.vehicle.wheels, moment.pose.motion, speed, turn, periods, self._periods)
+                cost = self._cost(motions, target)
+                if cost >= least or (moves and hypot(*(motions[-1, :2] - moment.pose.position)) < self.vehicle.lever):
+                    continue
+                if self._contact(moment, motions, keep) == np.inf:
+                    manoeuvre, until = manoeuvre_of(self.vehicle, motions, moment.now), moment.now + HELD_FOR[0] * self.horizon
+                    best, least = Proposal(motions, manoeuvre, None, until), cost
+        return best
+
+    def _cost(self, motions: Array, target: Array) -> float:
+        """Least way [m] to a target on motions (k, 5): the distance, and what the heading has to turn towards it."""
+        x, y = target[0] - motions[:, 0], target[1] - motions[:, 1]
+        bearing = np.abs((np.arctan2(y, x) - motions[:, 2] + np.pi) % (2.0 * np.pi) - np.pi)
+        return float((np.hypot(x, y) + self.vehicle.turning_radius * np.minimum(bearing, 1.0)).min())
+
+    def _target(self, moment: Moment) -> Array:
+        """Position (2,) [m] that the middle of the axle heads for; its own without a goal."""
+        aim = moment.aim
+        if aim is None:
+            return moment.pose.position
+        if isinstance(aim, PathGoal):
+            plan = None if moment.previous is None else moment.previous.plan
+            progress = None if plan is None else plan.progress
+            aim = self._navigators[0].step_along(aim, moment.state, moment.window, progress).goal
+        away = aim.position(moment.now) - moment.pose.position
+        left = max(hypot(*away), 1e-9)
+        return moment.pose.position + away * max(0.0, 1.0 - self.vehicle.lever / left)
+
+    def _leaving(self, moment: Moment, overlapped: Array) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps obstacles: no deeper into any, else by as little as possible.
 
         Those that move are left out where it would otherwise hit another obstacle before it can stop.
         """
-        every = np.unique(np.concatenate(overlapped))
-        moving = np.array([k for k in every.tolist() if is_moving(moment.window.obstacle(k), moment.now)], np.int64)
-        to_stop = self.vehicle.period + abs(moment.pose.speed) / self._navigators[0].limits.braking
-        backwards = (self._backwards(moment, each) for each in self.vehicle.ways_out(moment.pose, self._periods))
-        plans, made = self._proposals(moment, leaves=True), list[VehicleDecision]()
-        last = None if moment.previous is None else moment.previous.plan
-        stays = last is not None and self._stays(moment, last)
-        proposals = chain(backwards, plans) if stays else chain(plans, backwards)
+        moving = [k for k in overlapped.tolist() if is_moving(moment.window.obstacle(k), moment.now)]
+        to_stop = self.period + abs(moment.pose.speed) / self._navigators[0].limits.braking
+        proposals = list(self._proposals(moment, leaves=True))
         for depth in DEEPER_BY:
-            found = self._leaving_among(self._touched(moment, every, moving[:0], depth), made, proposals)
-            if found.collision < np.inf and len(moving):
-                others = self._touched(moment, every, moving, depth)
-                if self._first_collision(found.motions, others) <= to_stop:
-                    found = self._leaving_among(others, made, proposals)
-            if found.collision == np.inf:
+            keep = self._kept(moment, depth)
+            found, best = self._latest(moment, proposals, keep)
+            if found < np.inf:
+                held = self._held(moment, keep, self._target(moment), np.inf, moves=False)
+                found, best = (found, best) if held is None else (np.inf, held)
+            if found < np.inf and moving:
+                without = np.where(np.isin(moment.bodies.owner, moving), -np.inf, keep)
+                if self._contact(moment, best.motions, without) <= to_stop:
+                    found, best = self._latest(moment, proposals, without)
+            if found == np.inf:
                 break
-        return found
+        return self._decided(moment, best, found, Outcome.ESCAPING)
 
-    def _leaving_among(
-        self, windows: list[ObstacleWindow], made: list[VehicleDecision], proposals: Iterator[VehicleDecision]
-    ) -> VehicleDecision:
-        """The first proposal without a collision among the obstacles, or the one with the latest.
+    def _latest(self, moment: Moment, proposals: Iterable[Proposal], keep: Array) -> tuple[float, Proposal]:
+        """The time of the first contact of the first clear motion, else of that with the latest one; and the motion."""
+        best: tuple[float, Proposal] | None = None
+        for proposal in proposals:
+            found = self._judged(moment, proposal, keep)
+            if best is None or found > best[0]:
+                best = found, proposal
+            if found == np.inf:
+                break
+        assert best is not None
+        return best
 
-        Those `made` already come first; the list gets the further ones.
+    def _kept(self, moment: Moment, deeper: float | None = None) -> Array:
+        """The clearance (b,) [m] to keep from each body: the margin, or what the body of the vehicle has of it now.
+
+        deeper: [m] further depth into bodies that it overlaps already; None: those collide at once.
         """
-        rejected: list[VehicleDecision] = []
-        for one in chain(tuple(made), proposals):
-            if len(rejected) >= len(made):
-                made.append(one)
-            found = self._judged(one, windows)
-            if found.collision == np.inf:
-                return replace(found, outcome=Outcome.ESCAPING)
-            rejected.append(found)
-        return replace(_latest(rejected), outcome=Outcome.ESCAPING)
+        advance, gaps = ADVANCE_SHARE * self._contact_depth, moment.gaps
+        keep = np.where(gaps < self.margin + advance, KEPT_SHARE * gaps, self.margin)
+        # A body in contact may come as deep as counts as contact: the depth does not add up over decisions.
+        keep = np.where(keep < self._contact_depth, advance - self._contact_depth, keep)
+        return keep if deeper is None else np.where(gaps < -self._contact_depth, gaps - deeper, keep)
 
-    def _touched(self, moment: Moment, overlapped: Indices, left_out: Indices, depth: float) -> list[ObstacleWindow]:
-        """The obstacles as each disc of the body meets them that gets up to a depth [m] deeper into overlapped ones."""
-        deeper = np.zeros(len(moment.window))
-        deeper[overlapped] = depth
-        deeper[left_out] = np.inf
-        return [moment.window.touched_from(place, deeper) for place in self._places(moment.pose)]
+    @cached_property
+    def _size(self) -> float:
+        """Radius [m] of the disc about the middle of the axle that contains the body."""
+        return float(np.hypot(*self.corners.T).max()) + self.rounding
+
+    @cached_property
+    def _contact_depth(self) -> float:
+        """Depth [m] of an overlap that counts as contact."""
+        return CONTACT_SHARE * self._size
 
     def _stays(self, moment: Moment, plan: Decision) -> bool:
-        """Whether a vehicle that leaves backwards makes no progress, and would not among obstacles at rest alone."""
-        if not self.vehicle.leaves_backwards or plan.stalled < self.reverse_after:
+        """Whether a vehicle makes no progress, and would not among obstacles at rest alone."""
+        if plan.stalled < self.reverse_after or moment.aim is None:
             return False
         lasting = [each for each in moment.window.obstacles if each.at_rest]
-        plan = self._navigators[0].decide(moment.state, lasting, moment.aim, now=moment.now)
-        motions = self.vehicle.follow(moment.pose, plan.manoeuvre, moment.now, self._periods)
-        return self.vehicle.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever
-
-    def _reversal(self, moment: Moment) -> VehicleDecision | None:
-        """The first way out backwards without a collision; None if there is none."""
-        for motions in self.vehicle.ways_out(moment.pose, self._periods):
-            if self._first_collision(motions, self._as_predicted(moment)) == np.inf:
-                return self._judged(self._backwards(moment, motions), self._as_predicted(moment))
-        return None
-
-    def _backwards(self, moment: Moment, motions: Array) -> VehicleDecision:
-        """The decision for a way out backwards, not judged."""
-        point = self.vehicle.body_motion(motions, self.vehicle.lever)
-        until = moment.now + self.vehicle.period * float(np.flatnonzero(motions[:, 3]).max(initial=0) + 1)
-        return self._proposed(moment, Manoeuvre(point, point.start, np.zeros(2), moment.now), None, until)
-
-    def _as_predicted(self, moment: Moment) -> list[ObstacleWindow]:
-        """The obstacles as each disc of a body meets them that overlaps none."""
-        return [moment.window] * len(self.discs_of_body)
+        alone = self._navigators[0].decide(moment.state, lasting, moment.aim, now=moment.now)
+        motions = self._following(moment, alone).motions
+        return self.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever
 
     @property
     def _periods(self) -> int:
         """Periods up to the horizon."""
-        return ceil(self.horizon / self.vehicle.period - 1e-9)
+        return ceil(self.horizon / self.period - PERSISTS)
 
-    def _proposed(
-        self, moment: Moment, manoeuvre: Manoeuvre, plan: Decision | None, reverses_until: float | None = None
+    def _decided(
+        self, moment: Moment, proposal: Proposal, first_contact: float, outcome: Outcome
     ) -> VehicleDecision:
-        """The decision for a manoeuvre as long as it is not judged: its command."""
-        motions = self.vehicle.follow(moment.pose, manoeuvre, moment.now, self._periods)
-        command = Command(float(motions[1, 3]), float(motions[1, 4]))
-        return VehicleDecision(command, manoeuvre, Outcome.DELAYED, motions, 0.0, plan, reverses_until)
+        """The decision for a motion that was judged."""
+        plan, previous, motions = proposal.plan, moment.previous, proposal.motions
+        base = plan
+        if base is None:
+            base = self._navigators[0].decide(
+                moment.state,
+                moment.obstacles,
+                moment.aim,
+                now=moment.now,
+                previous=None if previous is None else previous.plan,
+                **moment.further,
+            )
+        times = moment.now + self.period * np.arange(len(motions))
+        track = np.concatenate([moment.track, np.column_stack([times, motions])])
+        known = {**base.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
+        return VehicleDecision(
+            **{name: known[name] for name in Decision.__dataclass_fields__},
+            command=self.vehicle.command(motions[0], motions[1]),
+            motions=motions,
+            first_contact=first_contact,
+            acts_at=moment.now,
+            plan=base,
+            until=proposal.until,
+            track=track,
+        )
 
-    def _judged(self, proposal: VehicleDecision, windows: list[ObstacleWindow]) -> VehicleDecision:
-        """The decision with the first collision of the body among the obstacles of each disc, and its outcome."""
-        collision, plan = self._first_collision(proposal.motions, windows), proposal.plan
-        outcome = Outcome.DELAYED
-        if collision == np.inf:
-            outcome = Outcome.CONTINUED if plan is None or not plan.outcome.safe else plan.outcome
-        return replace(proposal, collision=collision, outcome=outcome)
+    def _judged(self, moment: Moment, proposal: Proposal, keep: Array | None = None) -> float:
+        """Time [s] of the first contact of the body on a motion, with the margin that it can keep."""
+        return self._contact(moment, proposal.motions, self._kept(moment) if keep is None else keep)
 
-    def _first_collision(self, motions: Array, windows: list[ObstacleWindow]) -> float:
-        """Time [s] of the first collision of a disc of the body among its obstacles, with the margin it can keep."""
-        discs = zip(self.discs_of_body, windows)
-        return min(self._collision(motions, ahead, disc, window) for (ahead, disc), window in discs)
-
-    def _collision(self, motions: Array, ahead: float, disc: Disc, window: ObstacleWindow) -> float:
-        """Time [s] of the first collision of a disc `ahead` [m] of the axle, with the margin that it can keep."""
-        motion = self.vehicle.body_motion(motions, ahead)
-        state = motion.start
-        clearances = ControlObstacle(motion, state, window, disc).initial_clearances
-        # Bodies are grown by the error of the motion.
-        kept = np.clip(clearances - CONTACT_SLACK - motion.interpolation_error, 0.0, self.margin)
-        return float(ControlObstacle(motion, state, window, disc, kept).time_to_collision(np.zeros(2)))
-
-
-def _latest(decisions: list[VehicleDecision]) -> VehicleDecision:
-    """The first of the decisions with the latest collision."""
-    return max(decisions, key=lambda one: one.collision)
+    def _contact(self, moment: Moment, motions: Array, keep: Array) -> float:
+        """Time [s] of the first contact of the body on motions (k, 5), `keep` (b,) [m] being kept."""
+        samples = kernels.sampled(self.vehicle.wheels, motions, PARTS, self._size)
+        moves = np.flatnonzero(samples[:, 6] > REST_WAY)
+        step = self.period / PARTS
+        rest = step * (moves[-1] + 1) if len(moves) else 0.0
+        advance, bodies = ADVANCE_SHARE * self._contact_depth, moment.bodies
+        scene = self.corners, bodies, bodies.hulls
+        return float(kernels.first_contact(samples, step, rest, *scene, keep, advance, self.horizon))

@@ -20,7 +20,7 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle.table import ObstacleTable
 from slalom.perception.tracker import Tracker
-from slalom.vehicle.vehicle import Vehicle
+from slalom.vehicle.navigator import VehicleDecision, VehicleNavigator
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Commands of a node to a robot, and their messages.
@@ -83,8 +83,7 @@ class Node:
     function of the messages in their order: equal messages give equal bits, live or from a bag.
 
     Attributes:
-        navigator: its limits and shape are those of `vehicle`, if there is one.
-        vehicle: wheels; None: the robot moves in every direction.
+        navigator: a `VehicleNavigator` for a robot on wheels, a `Navigator` for one that moves in every direction.
         frame: the fixed frame, in which the odometry is.
         tracker: estimates measured obstacles.
         namespaces: those of markers that are obstacles; None: all.
@@ -95,8 +94,7 @@ class Node:
         unused: number of measurements that were too old, or came before.
     """
 
-    navigator: Navigator
-    vehicle: Vehicle | None = None
+    navigator: Navigator | VehicleNavigator
     frame: str = "odom"
     tracker: Tracker = field(default_factory=Tracker)
     namespaces: Collection[str] | None = None
@@ -115,11 +113,6 @@ class Node:
     def __post_init__(self) -> None:
         has(self.navigator, ("decide", "period"), "a Navigator", "navigator")
         self.frames = Frames(text(self.frame, "frame"))
-        if self.vehicle is not None and self.vehicle.period != self.navigator.period:
-            raise InvalidInput(
-                f"navigator.period: expected {self.vehicle.period:g} s as of the vehicle, "
-                f"found {self.navigator.period:g} s"
-            )
 
     def receive(self, message: Any) -> Command | None:
         """The command after an odometry, if it is time and there is a goal; None after any other message.
@@ -197,13 +190,13 @@ class Node:
         if self._goal is None or (last and 0 <= seen.stamp - last.stamp < EARLY_DECISION * period * SECOND):
             return None
         now, previous = self._since_first(seen.stamp), None if last is None else last.decision
-        state, goal = State(seen.position, seen.velocity), self._goal.at(self.frames, "goal")
+        goal = self._goal.at(self.frames, "goal")
         self.arrived = self._at_rest_there(seen, goal, now)
-        if self.vehicle is not None:
-            state, goal = self.vehicle.state(seen.pose, previous, now), self.vehicle.goal(seen.pose, goal, now)
         obstacles, wanted = [*self.map, *self.tracker.at(now)], FollowVelocity(np.zeros(2)) if self.arrived else None
         toward = None if self.arrived else goal
-        decision = self.navigator.decide(state, obstacles, toward, now=now, previous=previous, objective=wanted)
+        state: Any = seen.pose if isinstance(self.navigator, VehicleNavigator) else State(seen.position, seen.velocity)
+        last_one: Any = previous
+        decision = self.navigator.decide(state, obstacles, toward, now=now, previous=last_one, objective=wanted)
         self._last = self._following(seen, decision, now)
         return self._last
 
@@ -224,7 +217,7 @@ class Node:
         plan, period = decision.manoeuvre, self.navigator.period
         body = Placement(seen.position, seen.heading).axes
         acceleration = plan.mean_acceleration(now, period) @ body
-        if self.vehicle is None:
-            return Command(seen.stamp, plan.velocity(now + period) @ body, 0.0, acceleration, decision)
-        speed, turn = self.vehicle.command(seen.pose, decision, now)
-        return Command(seen.stamp, np.array([speed, 0.0]), turn, acceleration, decision)
+        if isinstance(decision, VehicleDecision):
+            speed, turn = decision.command
+            return Command(seen.stamp, np.array([speed, 0.0]), turn, acceleration, decision)
+        return Command(seen.stamp, plan.velocity(now + period) @ body, 0.0, acceleration, decision)

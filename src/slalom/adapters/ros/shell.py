@@ -61,6 +61,8 @@ class NodeSettings:
     max_acceleration: float = 1.0
     track: float | None = None
     ahead: float | None = None
+    lag: float = 0.0
+    delay: float = 0.0
     period: float = 0.1
     horizon: float = 5.0
     margin: float = 0.05
@@ -83,25 +85,24 @@ class NodeSettings:
         from slalom.model.shape import Disc
         from slalom.perception.tracker import ConstantVelocityFilter, Tracker
         from slalom.vehicle.kinds import DifferentialDrive
+        from slalom.vehicle.navigator import VehicleNavigator
 
-        vehicle = None
-        if self.track is not None:
+        settings: dict[str, Any] = {"horizon": self.horizon, "margin": self.margin, "patience": self.patience}
+        body, chosen = Disc(self.radius), method(self.method)
+        navigator: Navigator | VehicleNavigator
+        if self.track is None:
+            limits = Limits(self.max_speed, self.max_acceleration)
+            navigator = Navigator(chosen, body, limits, period=self.period, **settings)
+        else:
             wheels = self.track, self.max_speed, self.max_acceleration
-            vehicle = DifferentialDrive(*wheels, self.ahead, self.period)
-        navigator = Navigator(
-            method(self.method),
-            Disc(self.radius) if vehicle is None else vehicle.shape(self.radius),
-            Limits(self.max_speed, self.max_acceleration) if vehicle is None else vehicle.limits,
-            period=self.period,
-            horizon=self.horizon,
-            margin=self.margin,
-            patience=self.patience,
-        )
+            drive = DifferentialDrive(
+                *wheels, ahead=self.ahead, period=self.period, lag=self.lag, delay=self.delay
+            )
+            navigator = VehicleNavigator(drive, chosen, body, **settings)
         motion = ConstantVelocityFilter(self.acceleration_error, self.position_error)
         tracker = Tracker(filter=motion, max_age=self.max_age)
         return Node(
             navigator,
-            vehicle,
             self.frame,
             tracker,
             None if self.namespaces is None else tuple(self.namespaces),
