@@ -1,0 +1,550 @@
+"""A way for a body among obstacles at rest: direct curves, then a search over short arcs in the manner of hybrid A*.
+
+Two trees of poses grow, one from the start and one, against the driving direction, from the goal. Both are joined by
+direct curves (`curves`). So a vehicle leaves a narrow place, and enters one, by short arcs, and drives between them by
+the words of Reeds and Shepp, or those of Dubins if it does not reverse. Every arc of a way is certified (`sweep`).
+
+The cost of a way is its length [m], with additions for changes of direction, turns on the spot and what is nearer to
+obstacles than the clearance. Sources: Dolgov, Thrun, Montemerlo & Diebel 2010 (hybrid A*, direct curves as its last
+part); Kuffner & LaValle 2000 (two trees).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from heapq import heapify, heappop, heappush
+from itertools import pairwise
+from math import inf, pi
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from slalom.base.checks import Array, array, array_of, flag, not_negative, positive, whole
+from slalom.base.errors import InvalidInput
+from slalom.kernels.arrays import Indices
+from slalom.model.shape import Shape
+from slalom.vehicle.curves import BOTH, DUBINS, REEDS_SHEPP, Arc, Way, Words, ends, moved, turning_words, words
+from slalom.vehicle.sweep import RESOLUTION, Scene, convex_bodies
+
+REVERSAL: Final = 0.5
+"""[1] Cost of a change of direction, in distances of the farthest point of the body from the axle.
+
+Larger: longer ways with fewer reversals. Smaller: the reverse.
+"""
+
+ON_THE_SPOT: Final = 0.5
+"""[1] Cost of a turn on the spot by 1 rad, in distances of the farthest point of the body from the axle.
+
+Larger: fewer turns on the spot. Smaller: the vehicle turns away and back.
+"""
+
+CLOSENESS: Final = 1.0
+"""[1] Cost of a metre without the clearance, in addition to its length.
+
+Larger: longer detours with the clearance. 0: the clearance is not kept.
+"""
+
+WIDER: Final = (1.0, 1.5, 2.5)
+"""[1] Radii of direct curves from the start to the goal, in least radii.
+
+More: more work for the first way. Fewer: direct ways are found less often.
+"""
+
+STEPS: Final = (0.16, 0.06, 0.025, 0.01)
+"""[1] Lengths of the steps of successive searches, in distances of the farthest point of the body from the axle.
+
+Larger: quicker searches that miss narrow ways. Smaller: more poses.
+"""
+
+RUNS: Final = (1, 2, 4, 8)
+"""[1] Numbers of steps after which a new pose is kept, besides that at the last clear step.
+
+More, or larger ones: fewer poses are searched, each with more work.
+"""
+
+BATCH: Final = 16
+"""[1] Poses that are continued at the same time. More: less overhead of a pose, poses in a worse order."""
+
+NEIGHBOURS: Final = 3
+"""[1] Poses of the other tree to which each pose is joined. More: a way is found after fewer poses, each with more work."""
+
+TRIED: Final = 4
+"""[1] Direct curves between two poses that are tested, the cheapest first.
+
+More: a way is found after fewer poses, each with more work.
+"""
+
+GREEDY: Final = 1.5
+"""[1] Weight of the distance to the other end in the order of poses.
+
+Larger: the search goes straight to the other end. 1: it searches all poses with a smaller cost first.
+"""
+
+GOOD: Final = 1.3
+"""[1] A direct way of up to this many times the cost of the shortest without obstacles ends the search.
+
+Larger: longer ways, sooner. 1: ways that keep the clearance are always searched.
+"""
+
+AFTERWARDS: Final = 0.5
+"""[1] Poses that are searched for a cheaper way after the first one, as a share of those before.
+
+Larger: cheaper ways, later. 0: the first one is taken.
+"""
+
+
+class Outcome(Enum):
+    """What the search for a way ended with."""
+
+    FOUND = "A way was found."
+    OVERLAP_AT_START = "The body at the start is in an obstacle, or nearer to it than the resolution."
+    OVERLAP_AT_GOAL = "The body at every pose of the goal is in an obstacle, or nearer to it than the resolution."
+    EXHAUSTED = "There is no way along arcs of the finest step."
+    UNKNOWN = "The search ended after its largest number of poses."
+
+
+@dataclass(frozen=True)
+class WayFound:
+    """A way among obstacles, or why there is none.
+
+    Attributes:
+        way: arcs (length [m], turn [rad]) from the start to the goal; None without one.
+        outcome: how the search ended. goal: the index of the pose of the goal that is reached; None without a way.
+        cost: [m] of the way; inf without one. kept: whether the whole way keeps the clearance.
+        obstacle: the index of an obstacle in which the body is at the start or the goal; None otherwise.
+        searched: the number of poses from which the search was continued.
+    """
+
+    way: Way | None
+    outcome: Outcome
+    goal: int | None = None
+    cost: float = inf
+    kept: bool = False
+    obstacle: int | None = None
+    searched: int = 0
+
+    def __str__(self) -> str:
+        at = "" if self.obstacle is None else f" Obstacle {self.obstacle}."
+        return f"{self.outcome.value}{at} Poses searched: {self.searched}."
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# How a vehicle drives, and what its arcs cost.
+
+
+@dataclass(frozen=True)
+class Driving:
+    """Arcs and direct curves of a vehicle, and their costs.
+
+    `radius` [m] is the least of its turns, `scale` [m] the distance of the farthest point of its body from the axle.
+    """
+
+    radius: float
+    reverse: bool
+    turns_on_spot: bool
+    scale: float
+
+    @property
+    def gears(self) -> tuple[float, ...]:
+        """1 for forwards, -1 for backwards."""
+        return BOTH if self.reverse else BOTH[:1]
+
+    def words(self, starts: Array, goals: Array, wider: float = 1.0) -> Words:
+        """Direct curves from poses (n, 3) to poses (n, 3), with turns of `wider` times the least radius."""
+        if self.turns_on_spot:
+            return turning_words(starts, goals, self.gears)
+        return words(starts, goals, wider * self.radius, REEDS_SHEPP if self.reverse else DUBINS, self.gears)
+
+    def moves(self, step: float) -> Array:
+        """Arcs (m, 2) of a step [m]: to both sides and straight."""
+        if self.turns_on_spot:
+            turns = [(0.0, side * step / self.scale) for side in (1.0, -1.0)]
+            return np.array([(gear * step, 0.0) for gear in self.gears] + turns)
+        curvatures = np.array([1.0, 0.0, -1.0]) / self.radius
+        return np.array([(gear * step, gear * step * each) for gear in self.gears for each in curvatures])
+
+    def cost(self, lengths: Array, turns: Array) -> Array:
+        """Costs (...) [m] of arcs (...) that keep the clearance."""
+        return np.abs(lengths) + np.where(lengths == 0.0, ON_THE_SPOT * self.scale * np.abs(turns), 0.0)
+
+    def reversals(self, lengths: Array, first: Array, last: Array) -> Array:
+        """Costs (...) [m] of changes of direction in words (..., w), from directions `first` to `last` (...), or 0."""
+        count = np.zeros(np.broadcast_shapes(lengths.shape[:-1], first.shape, last.shape))
+        before = np.broadcast_to(first, count.shape)
+        for gear in [*np.moveaxis(np.sign(lengths), -1, 0), last]:
+            count += gear * before < 0.0
+            before = np.where(gear != 0.0, gear, before)
+        return REVERSAL * self.scale * count
+
+    def distance(self, a: Array, b: Array) -> Array:
+        """Lower bounds (n, m) [m] on the length of ways between poses (n, 3) and (m, 3), or on their cost."""
+        x, y, angle = (a[:, None, k] - b[None, :, k] for k in range(3))
+        turn = np.abs((angle + pi) % (2.0 * pi) - pi)
+        return np.maximum(np.hypot(x, y), turn * (ON_THE_SPOT * self.scale if self.turns_on_spot else self.radius))
+
+
+class Judge(NamedTuple):
+    """What arcs cost among the obstacles of a scene, with a `clearance` [m] that is kept where possible."""
+
+    scene: Scene
+    driving: Driving
+    clearance: float
+
+    def chains(self, poses: Array, lengths: Array, turns: Array, chain: Indices, place: Indices) -> tuple[Indices, Array]:
+        """The place of the first arc of each chain that is not clear, and the costs (n,) [m] of arcs (n,).
+
+        Arguments: see `Scene.until`. Costs of arcs that are not clear, and of later ones of their chains, are infinite.
+        """
+        until = self.scene.until(poses, lengths, turns, chain, place)
+        clear = np.flatnonzero(place < until[chain])
+        cost = np.full(len(poses), inf)
+        cost[clear] = self.driving.cost(lengths[clear], turns[clear])
+        if self.clearance > 0.0:
+            kept = self.scene.clear(poses[clear], lengths[clear], turns[clear], self.clearance)
+            cost[clear] *= np.where(kept, 1.0, 1.0 + CLOSENESS)
+        return until, cost
+
+    def costs(self, poses: Array, lengths: Array, turns: Array) -> Array:
+        """Costs (n,) [m] of words (n, w) from poses (n, 3); inf if they are not clear.
+
+        Arcs are cut into pieces of at most the size of the body: each costs as much as it is near to obstacles.
+        """
+        n, w = lengths.shape
+        arcs = np.stack([lengths, turns], axis=2)
+        ends = [poses]
+        for k in range(w):
+            ends.append(moved(ends[-1], lengths[:, k], turns[:, k]))
+        size = np.abs(lengths) + self.driving.scale * np.abs(turns)
+        pieces = np.ceil(size / self.driving.scale).astype(np.int64).ravel()
+        owner = np.repeat(np.arange(n * w), pieces)
+        part = np.arange(len(owner)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        short = (arcs.reshape(-1, 2) / np.maximum(pieces, 1)[:, None])[owner]
+        at = moved(np.stack(ends[:-1], axis=1).reshape(-1, 3)[owner], part * short[:, 0], part * short[:, 1])
+        _, cost = self.chains(at, short[:, 0], short[:, 1], owner // w, np.zeros_like(owner))
+        return np.bincount(owner // w, cost, minlength=n).astype(np.float64)
+
+    def keeps(self, poses: Array, lengths: Array, turns: Array) -> bool:
+        """Whether arcs (n,) from poses (n, 3) keep the clearance."""
+        return bool(self.scene.clear(poses, lengths, turns, self.clearance).all())
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A tree of poses.
+
+
+class Tree:
+    """Poses with the cheapest known ways to them, or from them, along arcs of one step.
+
+    Args:
+        roots: (n, 3) poses. side: 1 for ways from the roots, -1 for ways to them. step: [m]. others: (m, 3) the roots
+            of the other tree.
+    """
+
+    def __init__(self, judge: Judge, roots: Array, side: float, step: float, others: Array) -> None:
+        self.judge, self.side, self.step, self.others = judge, side, step, others
+        self.arcs = side * judge.driving.moves(step)
+        self.poses = [*roots]
+        self.costs = [0.0] * len(roots)
+        self.gears = [0.0] * len(roots)
+        self.parents: list[tuple[int, Arc] | None] = [None] * len(roots)
+        self.closed: list[int] = []
+        self._best: dict[tuple[int, int, int], float] = {}
+        first = judge.driving.distance(roots, others).min(axis=1)
+        self.queue = [(GREEDY * first[k], k) for k in range(len(roots))]
+        heapify(self.queue)
+
+    def pop(self) -> list[int]:
+        """Up to BATCH poses from which the search goes on, the most promising first."""
+        found: list[int] = []
+        while self.queue and len(found) < BATCH:
+            k = heappop(self.queue)[1]
+            if self.parents[k] is None or self._best[self._cell(self.poses[k])] == self.costs[k]:
+                found.append(k)
+        self.closed += found
+        return found
+
+    def _cell(self, pose: Array) -> tuple[int, int, int]:
+        return self._cells(pose[None])[0]
+
+    def _cells(self, poses: Array) -> list[tuple[int, int, int]]:
+        """The cells of poses (n, 3): of each only the cheapest pose is continued."""
+        size = 0.5 * self.step
+        turn = size / self.judge.driving.scale
+        place = np.floor(poses / (size, size, turn))
+        place[:, 2] = np.floor(poses[:, 2] % (2.0 * pi) / turn)
+        return [(int(x), int(y), int(angle)) for x, y, angle in place]
+
+    def expand(self, nodes: Sequence[int]) -> None:
+        """Add the poses after clear arcs from poses of the tree."""
+        n, m, most = len(nodes), len(self.arcs), RUNS[-1]
+        at = np.stack([self.poses[k] for k in nodes])
+        steps = np.arange(most)
+        lengths, turns = (np.broadcast_to(self.arcs[:, j, None], (n, m, most)) for j in (0, 1))
+        starts = moved(np.broadcast_to(at[:, None, None], (n, m, most, 3)), steps * lengths, steps * turns)
+        chain, place = np.divmod(np.arange(n * m * most), most)
+        until, cost = self.judge.chains(starts.reshape(-1, 3), lengths.ravel(), turns.ravel(), chain, place)
+        until = until.reshape(n, m)
+        cost = np.cumsum(cost.reshape(n, m, most), axis=2)
+        run = np.arange(1, most + 1)
+        used = (np.isin(run, RUNS) & (run <= until[:, :, None])) | (run == until[:, :, None])
+        node, arc, last = np.nonzero(used)
+        ahead = np.sign(self.side * self.arcs[arc, 0])
+        gear = np.array([self.gears[k] for k in nodes])[node]
+        costs = np.array([self.costs[k] for k in nodes])[node] + cost[node, arc, last]
+        costs += REVERSAL * self.judge.driving.scale * (gear * ahead < 0.0)
+        shares = (last + 1)[:, None] * self.arcs[arc]
+        poses = moved(at[node], shares[:, 0], shares[:, 1])
+        bound = GREEDY * self.judge.driving.distance(poses, self.others).min(axis=1)
+        gears = np.where(ahead == 0.0, gear, ahead)
+        rows = zip(self._cells(poses), costs.tolist(), bound.tolist(), gears.tolist(), node.tolist())
+        for k, (cell, g, h, direction, parent) in enumerate(rows):
+            if g < self._best.get(cell, inf):
+                self._best[cell] = g
+                heappush(self.queue, (g + h, len(self.poses)))
+                self.poses.append(poses[k])
+                self.costs.append(g)
+                self.gears.append(direction)
+                length, turn = (self.side * shares[k]).tolist()
+                self.parents.append((nodes[parent], Arc(length, turn)))
+
+    def branch(self, k: int) -> tuple[int, list[Arc]]:
+        """The root of a pose of the tree, and the arcs between both in the order in which they are driven."""
+        arcs = []
+        while (parent := self.parents[k]) is not None:
+            k, arc = parent
+            arcs.append(arc)
+        return k, arcs[::-1] if self.side > 0.0 else arcs
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The search.
+
+
+class Candidate(NamedTuple):
+    """A way that was found: its cost [m], its arcs and the index of its goal."""
+
+    cost: float
+    arcs: Sequence[Arc]
+    goal: int
+
+
+NONE: Final = Candidate(inf, (), -1)
+
+
+class Joint(NamedTuple):
+    """Direct curves between pairs of poses of two trees, the cheapest without obstacles: lengths and turns (n, w).
+
+    `pair` (n,) is the pair of each, `bound` (n,) its cost [m] without obstacles.
+    """
+
+    lengths: Array
+    turns: Array
+    pair: Indices
+    bound: Array
+
+
+def joints(driving: Driving, starts: Array, goals: Array, gears: Array, count: int, wider: float = 1.0) -> Joint:
+    """The cheapest `count` direct curves of each pair of poses (n, 3), with directions (n, 2) before and after."""
+    found = driving.words(starts, goals, wider)
+    bound = driving.cost(found.lengths, found.turns).sum(axis=2)
+    bound += driving.reversals(found.lengths, gears[:, :1], gears[:, 1:])
+    bound[~np.isfinite(found.total)] = inf
+    order = np.argsort(bound, axis=1, kind="stable")[:, :count]
+    pair = np.repeat(np.arange(len(starts)), order.shape[1])
+    word = order.ravel()
+    known = np.isfinite(bound[pair, word])
+    pair, word = pair[known], word[known]
+    return Joint(found.lengths[pair, word], found.turns[pair, word], pair, bound[pair, word])
+
+
+def arcs_of(lengths: Array, turns: Array) -> list[Arc]:
+    """The arcs of one word (w,)."""
+    return [Arc(*arc) for arc in zip(lengths.tolist(), turns.tolist()) if any(arc)]
+
+
+class Search:
+    """The search of one step [m], until it ends or `most` poses have been continued."""
+
+    def __init__(self, judge: Judge, start: Array, goals: Array, step: float) -> None:
+        self.judge = judge
+        self.trees = Tree(judge, start[None], 1.0, step, goals), Tree(judge, goals, -1.0, step, start[None])
+        self.searched = 0
+        self.best = NONE
+
+    def run(self, most: int, best: Candidate) -> bool:
+        """Search for a cheaper way than the `best`. Return whether it ended before the largest number of poses."""
+        self.best = best
+        last = most
+        while self.searched < last:
+            turn = int(len(self.trees[1].queue) < len(self.trees[0].queue))
+            tree = self.trees[turn]
+            nodes = tree.pop()
+            if not nodes:
+                return True
+            self.searched += len(nodes)
+            if self.join(nodes, turn):
+                last = min(last, int((1.0 + AFTERWARDS) * self.searched))
+            tree.expand([k for k in nodes if tree.costs[k] < self.best.cost])
+        return False
+
+    def join(self, nodes: Sequence[int], side: int) -> bool:
+        """Join poses of one tree to the other. Return whether this is the first way, or a cheaper one."""
+        one, other = self.trees[side], self.trees[1 - side]
+        near = other.closed if other.closed else [k for k, parent in enumerate(other.parents) if parent is None]
+        a, b = (np.stack([tree.poses[k] for k in which]) for tree, which in ((one, nodes), (other, near)))
+        rest = np.array([other.costs[k] for k in near])
+        order = np.argsort(rest + 2.0 * self.judge.driving.distance(a, b), axis=1, kind="stable")[:, :NEIGHBOURS]
+        pairs = [(nodes[i], near[j]) for i in range(len(nodes)) for j in order[i].tolist()]
+        ends = [pair if side == 0 else pair[::-1] for pair in pairs]
+        first, last = self.trees
+        starts = np.stack([first.poses[i] for i, _ in ends])
+        goals = np.stack([last.poses[j] for _, j in ends])
+        gears = np.array([(first.gears[i], last.gears[j]) for i, j in ends], np.float64)
+        known = np.array([first.costs[i] + last.costs[j] for i, j in ends], np.float64)
+        found = joints(self.judge.driving, starts, goals, gears, TRIED)
+        bound = known[found.pair] + found.bound
+        tried = np.flatnonzero(bound < self.best.cost)
+        pair = found.pair[tried]
+        costs = self.judge.costs(starts[pair], found.lengths[tried], found.turns[tried])
+        costs += known[pair] + self.judge.driving.reversals(found.lengths[tried], gears[pair, 0], gears[pair, 1])
+        if not len(costs) or costs.min() >= self.best.cost:
+            return False
+        k = int(costs.argmin())
+        _, before = first.branch(ends[pair[k]][0])
+        goal, after = last.branch(ends[pair[k]][1])
+        arcs = arcs_of(found.lengths[tried[k]], found.turns[tried[k]])
+        self.best = Candidate(float(costs[k]), [*before, *arcs, *after], goal)
+        return True
+
+
+def merged(arcs: Sequence[Arc]) -> list[Arc]:
+    """The arcs with successive ones of one curvature and direction as one."""
+    found: list[Arc] = []
+    for arc in arcs:
+        last = found[-1] if found else None
+        if last is not None and last.length * arc.length + last.turn * arc.turn > 0.0 and (
+            abs(last.length * arc.turn - arc.length * last.turn) <= 1e-12 * abs(arc.length + arc.turn)
+        ):
+            found[-1] = Arc(last.length + arc.length, last.turn + arc.turn)
+        else:
+            found.append(arc)
+    return found
+
+
+def shortened(judge: Judge, start: Array, found: Candidate) -> Candidate:
+    """The cheapest way through ends of arcs of a way, along its arcs and direct curves between them."""
+    arcs = merged(found.arcs)
+    n = len(arcs)
+    if n < 2:
+        return found
+    poses = [start]
+    for arc in arcs:
+        poses.append(moved(poses[-1], arc.length, arc.turn))
+    pairs = np.array([(i, j) for i in range(n) for j in range(i + 2, n + 1)])
+    ends = np.stack(poses)
+    tried = joints(judge.driving, ends[pairs[:, 0]], ends[pairs[:, 1]], np.zeros((len(pairs), 2)), TRIED)
+    own = judge.costs(ends[:-1], *(np.array(arcs)[:, k, None] for k in (0, 1)))
+    costs = judge.costs(ends[pairs[tried.pair, 0]], tried.lengths, tried.turns)
+    edges: list[tuple[int, int, float, list[Arc]]] = [(k, k + 1, float(own[k]), [arcs[k]]) for k in range(n)]
+    for k in np.flatnonzero(np.isfinite(costs)).tolist():
+        i, j = pairs[tried.pair[k]].tolist()
+        edges.append((i, j, float(costs[k]), arcs_of(tried.lengths[k], tried.turns[k])))
+    edges.sort(key=lambda edge: edge[:3])
+    # The cheapest way to each end by its last direction.
+    best: list[dict[float, tuple[float, list[Arc]]]] = [{0.0: (0.0, [])}] + [{} for _ in range(n)]
+    for i, j, cost, part in edges:
+        for gear, (before, way) in best[i].items():
+            lengths = np.array([arc.length for arc in part])
+            total = before + cost + float(judge.driving.reversals(lengths, np.array(gear), np.array(0.0)))
+            signs = [np.sign(arc.length) for arc in part if arc.length != 0.0]
+            last = float(signs[-1]) if signs else gear
+            if total < best[j].get(last, (inf, []))[0]:
+                best[j][last] = total, [*way, *part]
+    cost, way = min(best[n].values(), key=lambda each: each[0])
+    return Candidate(cost, merged(way), found.goal)
+
+
+def way_among(
+    start: npt.ArrayLike,
+    goal: npt.ArrayLike,
+    body: Shape,
+    obstacles: Sequence[Any],
+    radius: float = 0.0,
+    *,
+    center: float = 0.0,
+    reverse: bool = True,
+    turns_on_spot: bool = False,
+    clearance: float = 0.0,
+    most_poses: int = 4000,
+) -> WayFound:
+    """A way of a body from a pose to a goal among obstacles at rest, or why none was found.
+
+    Poses are (x, y, heading) [m, rad] of the middle of the (rear) axle. Law: along a way, the body touches no obstacle
+    at any time, and ends at the goal exact to rounding. The same input has the same result.
+
+    Args:
+        goal: a pose (3,); poses (n, 3), of which any is reached.
+        body: a shape in the plane, its x axis along the heading. Its position is `center` [m] ahead of the axle.
+        obstacles: geometries of shapely in the plane, such as those of `outline`.
+        radius: [m] least radius of turns. With `turns_on_spot` turns are on the spot, and it is not used.
+        reverse: whether the vehicle also drives backwards.
+        clearance: [m] to obstacles that is kept where it costs little; less is kept elsewhere.
+        most_poses: at which the search ends (UNKNOWN).
+
+    Raises:
+        InvalidInput: values of other kinds, shapes or ranges.
+    """
+    at, goals = array_of(start, "start", (3,)), np.atleast_2d(array(goal, "goal"))
+    if goals.ndim != 2 or goals.shape[1] != 3 or not len(goals):
+        raise InvalidInput(f"goal: expected poses (x, y, heading), found shape {np.shape(goal)}")
+    spot = flag(turns_on_spot, "turns_on_spot")
+    least = not_negative(radius, "radius") if spot else positive(radius, "radius")
+    scene = Scene(convex_bodies(body, center), obstacles)
+    driving = Driving(least, flag(reverse, "reverse"), spot, scene.scale)
+    judge = Judge(scene, driving, not_negative(clearance, "clearance"))
+    most = whole(most_poses, "most_poses", 1)
+    blocked = scene.overlapped(at)
+    if blocked is not None:
+        return WayFound(None, Outcome.OVERLAP_AT_START, obstacle=blocked)
+    met = [scene.overlapped(one) for one in goals]
+    free = [k for k, one in enumerate(met) if one is None]
+    if not free:
+        return WayFound(None, Outcome.OVERLAP_AT_GOAL, obstacle=met[0])
+    return _searched(judge, at, goals[free], free, most)
+
+
+def _searched(judge: Judge, start: Array, goals: Array, numbers: Sequence[int], most: int) -> WayFound:
+    """The way to one of the goals (n, 3), which are free and have these numbers."""
+    best, least = _direct(judge, start, goals)
+    searched, ended = 0, False
+    if best.cost > GOOD * least:
+        for k, step in enumerate(STEPS):
+            search = Search(judge, start, goals, step * judge.driving.scale)
+            ended = search.run((most - searched) // (len(STEPS) - k), best)
+            searched += search.searched
+            best = min(best, search.best, key=lambda each: each.cost)
+            if best.cost < inf:
+                break
+    if best.cost == inf:
+        return WayFound(None, Outcome.EXHAUSTED if ended else Outcome.UNKNOWN, searched=searched)
+    best = shortened(judge, start, best)
+    arcs = np.array(best.arcs).reshape(-1, 2)
+    kept = judge.keeps(ends(start, best.arcs)[:-1], arcs[:, 0], arcs[:, 1])
+    return WayFound(tuple(best.arcs), Outcome.FOUND, numbers[best.goal], best.cost, kept, searched=searched)
+
+
+def _direct(judge: Judge, start: Array, goals: Array) -> tuple[Candidate, float]:
+    """The cheapest direct way to one of the goals (n, 3), and the cost [m] of the cheapest without obstacles."""
+    best, least = NONE, inf
+    n = len(goals)
+    starts = np.broadcast_to(start, (n, 3))
+    for wider in WIDER[: 1 if judge.driving.turns_on_spot else None]:
+        found = joints(judge.driving, starts, goals, np.zeros((n, 2)), 10**6, wider)
+        costs = judge.costs(starts[found.pair], found.lengths, found.turns)
+        costs += judge.driving.reversals(found.lengths, np.zeros(1), np.zeros(1))
+        least = min(least, found.bound.min())
+        k = int(costs.argmin())
+        if costs[k] < best.cost:
+            best = Candidate(float(costs[k]), arcs_of(found.lengths[k], found.turns[k]), int(found.pair[k]))
+    return best, least
