@@ -63,11 +63,20 @@ RUNS: Final = (1, 2, 4, 8)
 More, or larger ones: fewer poses are searched, each with more work.
 """
 
+PARTS: Final = 4
+"""[1] Parts of a step by which the vehicle still approaches an obstacle.
+
+More: narrow places are left by fewer reversals, each pose with more work. Fewer: the reverse.
+"""
+
 BATCH: Final = 16
 """[1] Poses that are continued at the same time. More: less overhead of a pose, poses in a worse order."""
 
 NEIGHBOURS: Final = 3
 """[1] Poses of the other tree to which each pose is joined. More: a way is found after fewer poses, each with more work."""
+
+SPREAD: Final = 2
+"""[1] Further poses of the other tree to which each pose is joined, distributed over the tree. See NEIGHBOURS."""
 
 TRIED: Final = 4
 """[1] Direct curves between two poses that are tested, the cheapest first.
@@ -233,6 +242,11 @@ class Judge(NamedTuple):
 # A tree of poses.
 
 
+def _driven(poses: Array, arcs: Array, shares: Array) -> Array:
+    """Poses (n, 3) after shares (n,) of arcs (n, 2) from poses (n, 3)."""
+    return moved(poses, shares * arcs[:, 0], shares * arcs[:, 1])
+
+
 class Tree:
     """Poses with the cheapest known ways to them, or from them, along arcs of one step.
 
@@ -276,28 +290,48 @@ class Tree:
         return [(int(x), int(y), int(angle)) for x, y, angle in place]
 
     def expand(self, nodes: Sequence[int]) -> None:
-        """Add the poses after clear arcs from poses of the tree."""
-        n, m, most = len(nodes), len(self.arcs), RUNS[-1]
-        at = np.stack([self.poses[k] for k in nodes])
-        steps = np.arange(most)
-        lengths, turns = (np.broadcast_to(self.arcs[:, j, None], (n, m, most)) for j in (0, 1))
-        starts = moved(np.broadcast_to(at[:, None, None], (n, m, most, 3)), steps * lengths, steps * turns)
-        chain, place = np.divmod(np.arange(n * m * most), most)
-        until, cost = self.judge.chains(starts.reshape(-1, 3), lengths.ravel(), turns.ravel(), chain, place)
-        until = until.reshape(n, m)
-        cost = np.cumsum(cost.reshape(n, m, most), axis=2)
-        run = np.arange(1, most + 1)
-        used = (np.isin(run, RUNS) & (run <= until[:, :, None])) | (run == until[:, :, None])
-        node, arc, last = np.nonzero(used)
-        ahead = np.sign(self.side * self.arcs[arc, 0])
-        gear = np.array([self.gears[k] for k in nodes])[node]
-        costs = np.array([self.costs[k] for k in nodes])[node] + cost[node, arc, last]
-        costs += REVERSAL * self.judge.driving.scale * (gear * ahead < 0.0)
-        shares = (last + 1)[:, None] * self.arcs[arc]
-        poses = moved(at[node], shares[:, 0], shares[:, 1])
-        bound = GREEDY * self.judge.driving.distance(poses, self.others).min(axis=1)
+        """Add the poses after clear arcs from poses of the tree: after RUNS, and at the end of what is clear.
+
+        Each arc consists of steps, and from the last clear one of shorter steps.
+        """
+        m, most = len(self.arcs), RUNS[-1]
+        parent, arc = (each.ravel() for each in np.meshgrid(nodes, np.arange(m), indexing="ij"))
+        at = np.stack([self.poses[k] for k in nodes]).repeat(m, axis=0)
+        until, cost = self._clear(at, self.arcs[arc], most)
+        stopped = np.flatnonzero(until < most)
+        short = self.arcs[arc[stopped]] / PARTS
+        more, rest = self._clear(_driven(at[stopped], self.arcs[arc[stopped]], until[stopped]), short, PARTS - 1)
+        found = []
+        for run in RUNS:
+            chain = np.flatnonzero(until >= run)
+            found.append((chain, np.full(len(chain), float(run)), cost[chain, run]))
+        ahead = np.flatnonzero(until[stopped] * PARTS + more > 0)
+        chain = stopped[ahead]
+        shares = until[chain] + more[ahead] / PARTS
+        # Where the last step of a run is the last clear one, the pose is there already.
+        found.append((chain, shares, cost[chain, until[chain]] + rest[ahead, more[ahead]]))
+        chain, shares, costs = (np.concatenate(each) for each in zip(*found))
+        self._add(parent[chain], self.arcs[arc[chain]], shares, costs, at[chain])
+
+    def _clear(self, poses: Array, arcs: Array, most: int) -> tuple[Indices, Array]:
+        """The number (n,) of clear arcs in a row from poses (n, 3), up to `most`, and the costs (n, most + 1) so far."""
+        n = len(poses)
+        chain, place = np.divmod(np.arange(n * most), most)
+        until, cost = self.judge.chains(_driven(poses[chain], arcs[chain], place), *arcs[chain].T, chain, place)
+        return np.minimum(until, most), np.cumsum(np.pad(cost.reshape(n, most), ((0, 0), (1, 0))), axis=1)
+
+    def _add(self, parents: Indices, arcs: Array, shares: Array, costs: Array, at: Array) -> None:
+        """Add the poses after `shares` (n,) of arcs (n, 2), with their costs (n,) [m], from poses `at` (n, 3)."""
+        driving = self.judge.driving
+        ahead = np.sign(self.side * arcs[:, 0])
+        gear = np.array([self.gears[k] for k in parents.tolist()])
+        costs = costs + np.array([self.costs[k] for k in parents.tolist()])
+        costs += REVERSAL * driving.scale * (gear * ahead < 0.0)
+        poses = _driven(at, arcs, shares)
+        bound = GREEDY * driving.distance(poses, self.others).min(axis=1)
         gears = np.where(ahead == 0.0, gear, ahead)
-        rows = zip(self._cells(poses), costs.tolist(), bound.tolist(), gears.tolist(), node.tolist())
+        driven = self.side * shares[:, None] * arcs
+        rows = zip(self._cells(poses), costs.tolist(), bound.tolist(), gears.tolist(), parents.tolist())
         for k, (cell, g, h, direction, parent) in enumerate(rows):
             if g < self._best.get(cell, inf):
                 self._best[cell] = g
@@ -305,8 +339,7 @@ class Tree:
                 self.poses.append(poses[k])
                 self.costs.append(g)
                 self.gears.append(direction)
-                length, turn = (self.side * shares[k]).tolist()
-                self.parents.append((nodes[parent], Arc(length, turn)))
+                self.parents.append((parent, Arc(*driven[k].tolist())))
 
     def branch(self, k: int) -> tuple[int, list[Arc]]:
         """The root of a pose of the tree, and the arcs between both in the order in which they are driven."""
@@ -395,7 +428,11 @@ class Search:
         a, b = (np.stack([tree.poses[k] for k in which]) for tree, which in ((one, nodes), (other, near)))
         rest = np.array([other.costs[k] for k in near])
         order = np.argsort(rest + 2.0 * self.judge.driving.distance(a, b), axis=1, kind="stable")[:, :NEIGHBOURS]
-        pairs = [(nodes[i], near[j]) for i in range(len(nodes)) for j in order[i].tolist()]
+        # Nearest poses may all be behind one obstacle: others of the tree follow by turns.
+        count = SPREAD * len(nodes)
+        spread = (self.searched + np.arange(count) * len(near) // count).reshape(len(nodes), SPREAD) % len(near)
+        order = np.concatenate([order, spread], axis=1)
+        pairs = [(nodes[i], near[j]) for i in range(len(nodes)) for j in dict.fromkeys(order[i].tolist())]
         ends = [pair if side == 0 else pair[::-1] for pair in pairs]
         first, last = self.trees
         starts = np.stack([first.poses[i] for i, _ in ends])
