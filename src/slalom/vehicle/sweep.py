@@ -146,11 +146,24 @@ class Scene:
         self.starts, self.ends = _segments(self.obstacles)
         boxes = shapely.box(*np.minimum(self.starts, self.ends), *np.maximum(self.starts, self.ends))
         self._tree = shapely.STRtree(boxes)
+        self._lines = shapely.STRtree(shapely.linestrings(np.stack([self.starts.T, self.ends.T], axis=1)))
 
     @property
     def scale(self) -> float:
         """Largest distance [m] of a point of the body from its axle."""
         return max(float(np.linalg.norm(body.corners, axis=1).max()) + body.rounding for body in self.bodies)
+
+    @property
+    def inner(self) -> float:
+        """Radius [m] of the largest disc about the middle of the first part of the body within it."""
+        body = self.bodies[0]
+        return float((body.offsets - body.normals @ body.middle).min())
+
+    def near(self, places: Array, distance: float) -> Flags:
+        """Whether places (n, 2) are nearer than a `distance` [m] to a boundary of an obstacle."""
+        found = np.zeros(len(places), dtype=bool)
+        found[self._lines.query(shapely.points(places), predicate="dwithin", distance=distance)[0]] = True
+        return found
 
     def overlapped(self, pose: Array, growth: float = RESOLUTION) -> int | None:
         """The first obstacle that is nearer than `growth` [m] to the body at a pose (3,); None if there is none."""

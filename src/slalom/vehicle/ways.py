@@ -10,10 +10,9 @@ part); Kuffner & LaValle 2000 (two trees).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from heapq import heapify, heappop, heappush
-from itertools import pairwise
 from math import inf, pi
 from typing import Any, Final, NamedTuple
 
@@ -24,7 +23,21 @@ from slalom.base.checks import Array, array, array_of, flag, not_negative, posit
 from slalom.base.errors import InvalidInput
 from slalom.kernels.arrays import Indices
 from slalom.model.shape import Shape
-from slalom.vehicle.curves import BOTH, DUBINS, REEDS_SHEPP, Arc, Way, Words, ends, moved, turning_words, words
+from slalom.vehicle.curves import (
+    BOTH,
+    DUBINS,
+    REEDS_SHEPP,
+    TO_PLACE,
+    TO_PLACE_REVERSING,
+    Arc,
+    Way,
+    Words,
+    ends,
+    moved,
+    turning_words,
+    words,
+)
+from slalom.vehicle.field import Field
 from slalom.vehicle.sweep import RESOLUTION, Scene, convex_bodies
 
 REVERSAL: Final = 0.5
@@ -49,6 +62,12 @@ WIDER: Final = (1.0, 1.5, 2.5)
 """[1] Radii of direct curves from the start to the goal, in least radii.
 
 More: more work for the first way. Fewer: direct ways are found less often.
+"""
+
+HEADINGS: Final = 16
+"""[1] Headings at a place from which ways are searched that end there, besides those along the line to it.
+
+More: ways to places in narrow surroundings are found more often, with more work.
 """
 
 STEPS: Final = (0.16, 0.06, 0.025, 0.01)
@@ -119,7 +138,8 @@ class WayFound:
 
     Attributes:
         way: arcs (length [m], turn [rad]) from the start to the goal; None without one.
-        outcome: how the search ended. goal: the index of the pose of the goal that is reached; None without a way.
+        outcome: how the search ended. goal: the index of the reached pose of the goal; None without a way, and
+            for a place.
         cost: [m] of the way; inf without one. kept: whether the whole way keeps the clearance.
         obstacle: the index of an obstacle in which the body is at the start or the goal; None otherwise.
         searched: the number of poses from which the search was continued.
@@ -165,6 +185,11 @@ class Driving:
             return turning_words(starts, goals, self.gears)
         return words(starts, goals, wider * self.radius, REEDS_SHEPP if self.reverse else DUBINS, self.gears)
 
+    def to_place(self, start: Array, place: Array, wider: float) -> Words:
+        """Direct curves from a pose (3,) to a place (2,) with any heading there."""
+        families = TO_PLACE_REVERSING if self.reverse else TO_PLACE
+        return words(start[None], np.append(place[:2], 0.0)[None], wider * self.radius, families, self.gears)
+
     def moves(self, step: float) -> Array:
         """Arcs (m, 2) of a step [m]: to both sides and straight."""
         if self.turns_on_spot:
@@ -200,7 +225,9 @@ class Judge(NamedTuple):
     driving: Driving
     clearance: float
 
-    def chains(self, poses: Array, lengths: Array, turns: Array, chain: Indices, place: Indices) -> tuple[Indices, Array]:
+    def chains(
+        self, poses: Array, lengths: Array, turns: Array, chain: Indices, place: Indices
+    ) -> tuple[Indices, Array]:
         """The place of the first arc of each chain that is not clear, and the costs (n,) [m] of arcs (n,).
 
         Arguments: see `Scene.until`. Costs of arcs that are not clear, and of later ones of their chains, are infinite.
@@ -252,11 +279,12 @@ class Tree:
 
     Args:
         roots: (n, 3) poses. side: 1 for ways from the roots, -1 for ways to them. step: [m]. others: (m, 3) the roots
-            of the other tree.
+            of the other tree. field: lengths of ways of a disc to them.
     """
 
-    def __init__(self, judge: Judge, roots: Array, side: float, step: float, others: Array) -> None:
-        self.judge, self.side, self.step, self.others = judge, side, step, others
+    def __init__(self, judge: Judge, roots: Array, side: float, step: float, others: Array, field: Field) -> None:
+        self.judge, self.side, self.step = judge, side, step
+        self.others, self.field = others, field
         self.arcs = side * judge.driving.moves(step)
         self.poses = [*roots]
         self.costs = [0.0] * len(roots)
@@ -264,9 +292,13 @@ class Tree:
         self.parents: list[tuple[int, Arc] | None] = [None] * len(roots)
         self.closed: list[int] = []
         self._best: dict[tuple[int, int, int], float] = {}
-        first = judge.driving.distance(roots, others).min(axis=1)
-        self.queue = [(GREEDY * first[k], k) for k in range(len(roots))]
+        self.queue = [(bound, k) for k, bound in enumerate(self._to_go(roots).tolist())]
         heapify(self.queue)
+
+    def _to_go(self, poses: Array) -> Array:
+        """Estimates (n,) [m] of the costs from poses (n, 3) to the other tree."""
+        least = self.judge.driving.distance(poses, self.others).min(axis=1)
+        return np.asarray(GREEDY * np.maximum(least, self.field(poses)))
 
     def pop(self) -> list[int]:
         """Up to BATCH poses from which the search goes on, the most promising first."""
@@ -328,7 +360,7 @@ class Tree:
         costs = costs + np.array([self.costs[k] for k in parents.tolist()])
         costs += REVERSAL * driving.scale * (gear * ahead < 0.0)
         poses = _driven(at, arcs, shares)
-        bound = GREEDY * driving.distance(poses, self.others).min(axis=1)
+        bound = self._to_go(poses)
         gears = np.where(ahead == 0.0, gear, ahead)
         driven = self.side * shares[:, None] * arcs
         rows = zip(self._cells(poses), costs.tolist(), bound.tolist(), gears.tolist(), parents.tolist())
@@ -377,14 +409,13 @@ class Joint(NamedTuple):
     bound: Array
 
 
-def joints(driving: Driving, starts: Array, goals: Array, gears: Array, count: int, wider: float = 1.0) -> Joint:
-    """The cheapest `count` direct curves of each pair of poses (n, 3), with directions (n, 2) before and after."""
-    found = driving.words(starts, goals, wider)
+def joints(driving: Driving, found: Words, gears: Array, count: int | None = None) -> Joint:
+    """The cheapest `count` words of each of n pairs of poses, with directions (n, 2) before and after."""
     bound = driving.cost(found.lengths, found.turns).sum(axis=2)
     bound += driving.reversals(found.lengths, gears[:, :1], gears[:, 1:])
     bound[~np.isfinite(found.total)] = inf
     order = np.argsort(bound, axis=1, kind="stable")[:, :count]
-    pair = np.repeat(np.arange(len(starts)), order.shape[1])
+    pair = np.repeat(np.arange(len(order)), order.shape[1])
     word = order.ravel()
     known = np.isfinite(bound[pair, word])
     pair, word = pair[known], word[known]
@@ -397,11 +428,12 @@ def arcs_of(lengths: Array, turns: Array) -> list[Arc]:
 
 
 class Search:
-    """The search of one step [m], until it ends or `most` poses have been continued."""
+    """The search of one step [m] between `ends`: starts (n, 3) and goals (m, 3), with the `fields` of both."""
 
-    def __init__(self, judge: Judge, start: Array, goals: Array, step: float) -> None:
+    def __init__(self, judge: Judge, ends: tuple[Array, Array], step: float, fields: tuple[Field, Field]) -> None:
         self.judge = judge
-        self.trees = Tree(judge, start[None], 1.0, step, goals), Tree(judge, goals, -1.0, step, start[None])
+        starts, goals = ends
+        self.trees = Tree(judge, starts, 1.0, step, goals, fields[1]), Tree(judge, goals, -1.0, step, starts, fields[0])
         self.searched = 0
         self.best = NONE
 
@@ -439,12 +471,13 @@ class Search:
         goals = np.stack([last.poses[j] for _, j in ends])
         gears = np.array([(first.gears[i], last.gears[j]) for i, j in ends], np.float64)
         known = np.array([first.costs[i] + last.costs[j] for i, j in ends], np.float64)
-        found = joints(self.judge.driving, starts, goals, gears, TRIED)
+        driving = self.judge.driving
+        found = joints(driving, driving.words(starts, goals), gears, TRIED)
         bound = known[found.pair] + found.bound
         tried = np.flatnonzero(bound < self.best.cost)
         pair = found.pair[tried]
         costs = self.judge.costs(starts[pair], found.lengths[tried], found.turns[tried])
-        costs += known[pair] + self.judge.driving.reversals(found.lengths[tried], gears[pair, 0], gears[pair, 1])
+        costs += known[pair] + driving.reversals(found.lengths[tried], gears[pair, 0], gears[pair, 1])
         if not len(costs) or costs.min() >= self.best.cost:
             return False
         k = int(costs.argmin())
@@ -460,8 +493,10 @@ def merged(arcs: Sequence[Arc]) -> list[Arc]:
     found: list[Arc] = []
     for arc in arcs:
         last = found[-1] if found else None
-        if last is not None and last.length * arc.length + last.turn * arc.turn > 0.0 and (
-            abs(last.length * arc.turn - arc.length * last.turn) <= 1e-12 * abs(arc.length + arc.turn)
+        if (
+            last is not None
+            and last.length * arc.length + last.turn * arc.turn > 0.0
+            and (abs(last.length * arc.turn - arc.length * last.turn) <= 1e-12 * abs(arc.length + arc.turn))
         ):
             found[-1] = Arc(last.length + arc.length, last.turn + arc.turn)
         else:
@@ -480,7 +515,8 @@ def shortened(judge: Judge, start: Array, found: Candidate) -> Candidate:
         poses.append(moved(poses[-1], arc.length, arc.turn))
     pairs = np.array([(i, j) for i in range(n) for j in range(i + 2, n + 1)])
     ends = np.stack(poses)
-    tried = joints(judge.driving, ends[pairs[:, 0]], ends[pairs[:, 1]], np.zeros((len(pairs), 2)), TRIED)
+    between = judge.driving.words(ends[pairs[:, 0]], ends[pairs[:, 1]])
+    tried = joints(judge.driving, between, np.zeros((len(pairs), 2)), TRIED)
     own = judge.costs(ends[:-1], *(np.array(arcs)[:, k, None] for k in (0, 1)))
     costs = judge.costs(ends[pairs[tried.pair, 0]], tried.lengths, tried.turns)
     edges: list[tuple[int, int, float, list[Arc]]] = [(k, k + 1, float(own[k]), [arcs[k]]) for k in range(n)]
@@ -521,7 +557,7 @@ def way_among(
     at any time, and ends at the goal exact to rounding. The same input has the same result.
 
     Args:
-        goal: a pose (3,); poses (n, 3), of which any is reached.
+        goal: a pose (3,); poses (n, 3), of which any is reached; or a place (2,), with any heading there.
         body: a shape in the plane, its x axis along the heading. Its position is `center` [m] ahead of the axle.
         obstacles: geometries of shapely in the plane, such as those of `outline`.
         radius: [m] least radius of turns. With `turns_on_spot` turns are on the spot, and it is not used.
@@ -533,8 +569,11 @@ def way_among(
         InvalidInput: values of other kinds, shapes or ranges.
     """
     at, goals = array_of(start, "start", (3,)), np.atleast_2d(array(goal, "goal"))
+    place = goals.shape == (1, 2)
+    if place:
+        goals = _at_place(at, goals[0])
     if goals.ndim != 2 or goals.shape[1] != 3 or not len(goals):
-        raise InvalidInput(f"goal: expected poses (x, y, heading), found shape {np.shape(goal)}")
+        raise InvalidInput(f"goal: expected poses (x, y, heading) or a place (x, y), found shape {np.shape(goal)}")
     spot = flag(turns_on_spot, "turns_on_spot")
     least = not_negative(radius, "radius") if spot else positive(radius, "radius")
     scene = Scene(convex_bodies(body, center), obstacles)
@@ -548,16 +587,26 @@ def way_among(
     free = [k for k, one in enumerate(met) if one is None]
     if not free:
         return WayFound(None, Outcome.OVERLAP_AT_GOAL, obstacle=met[0])
-    return _searched(judge, at, goals[free], free, most)
+    found = _searched(judge, at, goals[free], place, most)
+    return found if place or found.goal is None else replace(found, goal=free[found.goal])
 
 
-def _searched(judge: Judge, start: Array, goals: Array, numbers: Sequence[int], most: int) -> WayFound:
-    """The way to one of the goals (n, 3), which are free and have these numbers."""
-    best, least = _direct(judge, start, goals)
+def _at_place(start: Array, place: Array) -> Array:
+    """Poses (n, 3) with headings in all directions at a place (2,), and along the line to it."""
+    course = float(np.arctan2(*(place - start[:2])[::-1]))
+    headings = np.concatenate([[course, course + pi], 2.0 * pi / HEADINGS * np.arange(HEADINGS)])
+    return np.column_stack([np.broadcast_to(place, (len(headings), 2)), headings])
+
+
+def _searched(judge: Judge, start: Array, goals: Array, place: bool, most: int) -> WayFound:
+    """The way to one of the goals (n, 3), which are free; see `_direct`."""
+    best, least = _direct(judge, start, goals, place)
     searched, ended = 0, False
     if best.cost > GOOD * least:
+        roots = start[None], goals
+        fields = Field(judge.scene, *roots), Field(judge.scene, *roots[::-1])
         for k, step in enumerate(STEPS):
-            search = Search(judge, start, goals, step * judge.driving.scale)
+            search = Search(judge, roots, step * judge.driving.scale, fields)
             ended = search.run((most - searched) // (len(STEPS) - k), best)
             searched += search.searched
             best = min(best, search.best, key=lambda each: each.cost)
@@ -568,20 +617,28 @@ def _searched(judge: Judge, start: Array, goals: Array, numbers: Sequence[int], 
     best = shortened(judge, start, best)
     arcs = np.array(best.arcs).reshape(-1, 2)
     kept = judge.keeps(ends(start, best.arcs)[:-1], arcs[:, 0], arcs[:, 1])
-    return WayFound(tuple(best.arcs), Outcome.FOUND, numbers[best.goal], best.cost, kept, searched=searched)
+    goal = None if place else best.goal
+    return WayFound(tuple(best.arcs), Outcome.FOUND, goal, best.cost, kept, searched=searched)
 
 
-def _direct(judge: Judge, start: Array, goals: Array) -> tuple[Candidate, float]:
-    """The cheapest direct way to one of the goals (n, 3), and the cost [m] of the cheapest without obstacles."""
+def _direct(judge: Judge, start: Array, goals: Array, place: bool) -> tuple[Candidate, float]:
+    """The cheapest direct way to one of the goals (n, 3), and the cost [m] of the cheapest without obstacles.
+
+    With `place` the goals are poses at one place, and every heading there is one.
+    """
     best, least = NONE, inf
-    n = len(goals)
-    starts = np.broadcast_to(start, (n, 3))
-    for wider in WIDER[: 1 if judge.driving.turns_on_spot else None]:
-        found = joints(judge.driving, starts, goals, np.zeros((n, 2)), 10**6, wider)
-        costs = judge.costs(starts[found.pair], found.lengths, found.turns)
-        costs += judge.driving.reversals(found.lengths, np.zeros(1), np.zeros(1))
-        least = min(least, found.bound.min())
-        k = int(costs.argmin())
-        if costs[k] < best.cost:
-            best = Candidate(float(costs[k]), arcs_of(found.lengths[k], found.turns[k]), int(found.pair[k]))
+    driving = judge.driving
+    starts = np.broadcast_to(start, goals.shape)
+    for wider in WIDER[: 1 if driving.turns_on_spot else None]:
+        between = [driving.words(starts, goals, wider)]
+        if place and not driving.turns_on_spot:
+            between.append(driving.to_place(start, goals[0], wider))
+        for words in between:
+            found = joints(driving, words, np.zeros((len(words.total), 2)))
+            costs = judge.costs(starts[found.pair], found.lengths, found.turns)
+            costs += driving.reversals(found.lengths, np.zeros(1), np.zeros(1))
+            least = min(least, found.bound.min())
+            k = int(costs.argmin())
+            if costs[k] < best.cost:
+                best = Candidate(float(costs[k]), arcs_of(found.lengths[k], found.turns[k]), int(found.pair[k]))
     return best, least
