@@ -12,15 +12,16 @@ Fourquet & Laumond 1994 (the same with reversals).
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 from math import pi
-from typing import Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import Array, array_of, flag, listing, not_negative, number, pair, positive, vectors
 
-Complex: TypeAlias = npt.NDArray[np.complex128]
+Complex: TypeAlias = npt.NDArray[np.complexfloating[Any, Any]]
 
 
 class Arc(NamedTuple):
@@ -81,7 +82,7 @@ class Problem(NamedTuple):
         """The vectors D (m,) from the left centre at the start to the left or right one at the goal."""
         return self.q + (-1j if right else 1j) * self.v - 1j
 
-    def solved(self, d: Complex, share: Complex | complex, otherwise: Complex | complex = 1.0) -> Complex:
+    def solved(self, d: Complex, share: Complex | Array, otherwise: Complex | complex = 1.0) -> Complex:
         """Unit vectors u (m,) with u share = d; `otherwise` where d is 0 and every direction solves this."""
         u = np.where(np.abs(d) > self.rounding, d / np.where(share == 0.0, 1.0, share), otherwise)
         return np.asarray(u / np.abs(u))
@@ -332,8 +333,8 @@ def _between(
 def dubins(start: npt.ArrayLike, goal: npt.ArrayLike, radius: float, backwards: bool = False) -> list[Way]:
     """Ways from pose to pose, all forwards, or all backwards, the shortest first.
 
-    Poses are (x, y, heading) [m, rad]. Law: no way with turns of at least `radius` [m] and without a reversal is shorter
-    than the first one. Source: Dubins 1957.
+    Poses are (x, y, heading) [m, rad]. Law: no way with turns of at least `radius` [m] and without a reversal is
+    shorter than the first one. Source: Dubins 1957.
 
     Raises:
         InvalidInput: something else than three numbers for a pose; a radius that is not above 0.
@@ -377,11 +378,6 @@ def to_place(
     families = TO_PLACE_REVERSING if reverse else TO_PLACE
     radius = positive(radius, "radius")
     return _sorted(words(a[None], np.append(p, 0.0)[None], radius, families, gears), radius, distance)
-
-
-def turned(angle: float) -> float:
-    """The angle [rad] in (-pi, pi] of a turn that ends at the same heading."""
-    return -((pi - angle) % (2.0 * pi) - pi)
 
 
 def turn_and_drive(start: npt.ArrayLike, goal: npt.ArrayLike, reverse: bool = True) -> list[Way]:
@@ -448,13 +444,12 @@ def length_of(way: Iterable[Arc]) -> float:
 def reversals(way: Iterable[Arc]) -> int:
     """The number of changes between forwards and backwards on a way."""
     signs = [arc.length > 0.0 for arc in way if arc.length != 0.0]
-    return sum(a != b for a, b in zip(signs, signs[1:]))
+    return sum(a != b for a, b in pairwise(signs))
 
 
-def moved(poses: Array, lengths: npt.ArrayLike, turns: npt.ArrayLike) -> Array:
+def moved(poses: Array, lengths: Array | float, turns: Array | float) -> Array:
     """Poses (..., 3) after arcs of these lengths and turns (...) from poses (..., 3): exact to rounding."""
-    turns = np.asarray(turns, np.float64)
-    chord = lengths * np.sinc(turns / (2.0 * pi))
+    chord = lengths * np.sinc(0.5 / pi * np.asarray(turns))
     middle = poses[..., 2] + 0.5 * turns
     moved = poses[..., 0] + chord * np.cos(middle), poses[..., 1] + chord * np.sin(middle), poses[..., 2] + turns
     return np.stack(moved, axis=-1)

@@ -62,18 +62,19 @@ class Field:
         """The middles (n, 2) of the body at poses (n, 3)."""
         c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
         x, y = self.scene.bodies[0].middle
-        return poses[:, :2] + np.stack([c * x - s * y, s * x + c * y], axis=1)
+        return np.asarray(poses[:, :2] + np.stack([c * x - s * y, s * x + c * y], axis=1))
 
     def _cells(self, places: Array) -> Indices:
         """The cells (n, 2) that are nearest to places (n, 2)."""
-        return np.clip(np.round((places - self.origin) / self.width).astype(np.int64), 0, self.shape - 1)
+        cells = np.round((places - self.origin) / self.width).astype(np.int64)
+        return np.asarray(np.clip(cells, 0, self.shape - 1))
 
     def __call__(self, poses: Array) -> Array:
         """Lengths (n,) [m] of the shortest ways of the disc from poses (n, 3)."""
         places = self._middles(poses)
         cells = self._cells(places)
         outside = np.abs((places - self.origin) / self.width - cells).max(axis=1) - 0.5
-        return self.lengths[cells[:, 0], cells[:, 1]] + self.width * np.maximum(outside, 0.0)
+        return np.asarray(self.lengths[cells[:, 0], cells[:, 1]] + self.width * np.maximum(outside, 0.0))
 
 
 def _spread(lengths: Array, factor: Array) -> Array:
@@ -81,12 +82,11 @@ def _spread(lengths: Array, factor: Array) -> Array:
     moves = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if (a, b) != (0, 0)]
     padded = np.pad(lengths, 1, constant_values=np.inf)
     inside = padded[1:-1, 1:-1]
+    nx, ny = lengths.shape
     while True:
         before = inside.copy()
         for a, b in moves:
-            step = np.hypot(a, b) * factor
-            np.minimum(
-                inside, padded[1 + a : padded.shape[0] - 1 + a, 1 + b : padded.shape[1] - 1 + b] + step, out=inside
-            )
+            beside = padded[1 + a : 1 + a + nx, 1 + b : 1 + b + ny]
+            np.minimum(inside, beside + np.hypot(a, b) * factor, out=inside)
         if np.array_equal(before, inside):
             return before

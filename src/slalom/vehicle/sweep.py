@@ -1,9 +1,9 @@
 """Which motions of a body along arcs are clear of obstacles at rest, certified in continuous time.
 
 An arc is clear if the body in the middle of it, grown by the longest motion of its points from there, is clear.
-Otherwise both halves of the arc are tested in the same way, down to a motion of RESOLUTION. An arc is not clear if the
-body overlaps an obstacle at one of these poses, or if it is not decided by then. So what is clear is so at all times, and
-motions that keep more than RESOLUTION are found to be clear.
+Otherwise its parts are tested in the same way, down to a motion of RESOLUTION. An arc is not clear if the body overlaps
+an obstacle at one of these poses, or if it is not decided by then. So what is clear is so at all times.
+Motions that keep more than RESOLUTION are clear.
 """
 
 from collections.abc import Sequence
@@ -88,7 +88,7 @@ def convex_bodies(body: Shape, center: float = 0.0) -> tuple[ConvexBody, ...]:
     if body.dimension != 2:
         raise InvalidInput(f"body: expected a shape in the plane, found {type(body).__name__} in space")
     center = number(center, "center")
-    return tuple(_convex_body(part.corners + (center, 0.0), part.radius) for part in body.parts)
+    return tuple(_convex_body(part.corners + np.array([center, 0.0]), part.radius) for part in body.parts)
 
 
 def _convex_body(corners: Array, rounding: float) -> ConvexBody:
@@ -231,7 +231,7 @@ class Scene:
         for ends in (self.starts, self.ends):
             dx, dy = ends[0, j] - poses[k, 0], ends[1, j] - poses[k, 1]
             heights.append(body.normals @ np.stack([c * dx + s * dy, c * dy - s * dx]) - body.offsets[:, None])
-        near[k[_cut(*heights, growth[k])]] = True
+        near[k[_cut(heights[0], heights[1], growth[k])]] = True
         return near
 
 
