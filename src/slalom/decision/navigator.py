@@ -44,7 +44,7 @@ from slalom.decision.settings import Settings
 from slalom.decision.tables import committed_path
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import NO_CELLS
-from slalom.model.goal import Goal, refuse_stop
+from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal, PathStep
@@ -75,7 +75,7 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective, limits:
     has(goal, *GOAL, "goal")
     same_dimension(goal.trajectory.dimension, state.dimension, "goal", "state")
     if needs_goal(objective):
-        refuse_stop(goal, limits)
+        refuse_goal(goal, limits)
     return goal
 
 

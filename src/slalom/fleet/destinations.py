@@ -15,7 +15,7 @@ from slalom.fleet.guidance import Guidance
 from slalom.fleet.settings import Members, Policy
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import ARRIVE, FOLLOW_VELOCITY, RobotTable, TargetPaths
-from slalom.model.goal import Goal, least_speed, refuse_stop
+from slalom.model.goal import Goal, least_speed, refuse_goal
 from slalom.model.path_goal import PathGoal
 from slalom.obstacle.window import ObstacleWindow
 
@@ -102,7 +102,7 @@ class Destinations:
         if not self._same.all():
             for k, (goal, limits) in enumerate(zip(goals, self.members.limits)):
                 has(goal, *GOAL, f"{name}[{k}]")
-                refuse_stop(goal, limits, f"{name}[{k}]")
+                refuse_goal(goal, limits, f"{name}[{k}]")
             for k, (goal, earlier) in enumerate(zip(goals, before)):
                 # Lengths along a path mean nothing on another one.
                 if not (isinstance(goal, PathGoal) and goal.is_way_of(earlier)):

@@ -53,3 +53,4 @@ from .vehicle.driving import (
     turn_rate as turn_rate,
     within_limits as within_limits,
 )
+from .vehicle.ways import along_way as along_way, on_arc as on_arc

@@ -1,13 +1,14 @@
 """Goals at rest or in motion."""
 
 from dataclasses import dataclass
+from math import pi
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.base.checks import TRAJECTORY, Array, flag, has, positive
+from slalom.base.checks import TRAJECTORY, Array, flag, has, number, positive
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ARRIVAL_FILTER, BRAKING_SHARE, REST, SQUARED_LENGTH_FLOOR
 from slalom.model.bounds import LeastSpeed
@@ -33,6 +34,9 @@ class Goal:
     at the end of the first step whose motion comes within `tolerance` of it, also between the ends of the step. With
     `stop` only states at the ends of steps count: there the relative speed must also be at most `tolerance` / s.
 
+    A vehicle on wheels may also have to face in a direction there: `heading` [rad], within `heading_tolerance` [rad].
+    Robots that move in every direction refuse such a goal.
+
     Raises:
         InvalidInput: not a trajectory; a tolerance that is not above 0.
     """
@@ -40,11 +44,16 @@ class Goal:
     trajectory: Trajectory
     tolerance: float = 0.5
     stop: bool = False
+    heading: float | None = None
+    heading_tolerance: float = 0.05
 
     def __post_init__(self) -> None:
         has(self.trajectory, *TRAJECTORY, "goal: trajectory")
         object.__setattr__(self, "tolerance", positive(self.tolerance, "tolerance"))
         object.__setattr__(self, "stop", flag(self.stop, "stop"))
+        if self.heading is not None:
+            object.__setattr__(self, "heading", number(self.heading, "heading"))
+        object.__setattr__(self, "heading_tolerance", positive(self.heading_tolerance, "heading_tolerance"))
 
     def position(self, t: npt.ArrayLike) -> Array:
         """Position (..., d) [m] of the goal at times t (...) [s]."""
@@ -58,8 +67,17 @@ class Goal:
         exists = ((time >= first) & (time <= last))[..., None]
         return np.asarray(np.where(exists, self.trajectory.velocity(np.clip(time, first, last)), 0.0))
 
-    def reached(self, position: Array, velocity: Array, now: float) -> bool:
-        """Whether a robot in this state at time `now` [s] has arrived; for its motion since see `reached_during`."""
+    def reached(self, position: Array, velocity: Array, now: float, heading: float | None = None) -> bool:
+        """Whether a robot in this state at time `now` [s] has arrived; for its motion since see `reached_during`.
+
+        Raises:
+            InvalidInput: no heading [rad], for a goal that has one.
+        """
+        if self.heading is not None:
+            if heading is None:
+                raise InvalidInput(f"heading: expected that of the robot for a goal with {self.heading:g}, found none")
+            if abs((heading - self.heading + pi) % (2.0 * pi) - pi) > self.heading_tolerance:
+                return False
         return bool(self.reached_at(position, velocity, np.asarray(now)))
 
     def reached_at(self, positions: Array, velocities: Array, times: Array) -> npt.NDArray[np.bool_]:
@@ -200,13 +218,24 @@ class Goal:
         return float(duration)
 
 
-def refuse_stop(goal: Goal, limits: Limits, name: str = "goal") -> None:
-    """Raise InvalidInput for a goal at rest to stop at, of a robot whose limits have the bound LeastSpeed."""
+def refuse_goal(goal: Goal, limits: Limits, name: str = "goal", turns: bool = False) -> None:
+    """Raise InvalidInput for a goal that no robot with these limits can reach.
+
+    That is one at rest to stop at with the bound LeastSpeed, and one with a heading for a robot without one.
+
+    Args:
+        turns: whether the robot is a vehicle that faces along its motion.
+    """
     bound = least_speed(limits)
     if bound is not None and goal.stop and isinstance(goal.trajectory, Stationary):
         raise InvalidInput(
             f"{name}: expected one to pass (stop=False) with {bound!r}, by which the robot never stops; "
             "found one at rest with stop=True"
+        )
+    if goal.heading is not None and not turns:
+        raise InvalidInput(
+            f"{name}: expected one without a heading for a robot that moves in every direction, "
+            f"found {goal.heading:g} rad; a VehicleNavigator takes it"
         )
 
 

@@ -35,7 +35,7 @@ from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Arrive, Objective, needs_goal
 from slalom.decision.settings import DETOURS, NUMBERS, SharedSettings
 from slalom.lookahead.navigator import LookAhead
-from slalom.model.goal import Goal, refuse_stop
+from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.shape import Shape
 from slalom.model.state import State
@@ -241,7 +241,7 @@ class Robot:
                     f"{self.name}.{part}: expected dimension {self.state.dimension} as of the state, found {dimension}"
                 )
         if self.objective is None or needs_goal(self.objective):
-            refuse_stop(self.goal, self.limits, f"{self.name}.goal")
+            refuse_goal(self.goal, self.limits, f"{self.name}.goal")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan, atan2, cos, hypot, pi, sin, sqrt, tan
+from math import atan, hypot, pi, sqrt, tan
 from typing import Annotated, Final
 
 import numpy as np
@@ -11,10 +11,7 @@ from slalom.base.checks import NotNegative, Positive, check_fields, positive
 from slalom.base.errors import InvalidInput
 from slalom.kernels.vehicle.wheels import Wheels
 from slalom.model.bounds import HeadingCone, TurningRadius
-from slalom.model.goal import Goal
 from slalom.model.limits import Limits
-from slalom.model.path_goal import PathGoal
-from slalom.model.trajectory import Stationary
 from slalom.vehicle.vehicle import Pose, Vehicle
 
 STEERING_CONE: Final = 1.2
@@ -27,18 +24,6 @@ SPEED_STEP: Final = 0.98
 """[1] Ratio of successive speeds among which the largest permitted one of a vehicle is found.
 
 Closer to 1: a speed that is up to 2 % larger.
-"""
-
-CIRCLE_SLACK: Final = 1.1
-"""[1] Circle on which a bicycle turns towards a goal far to its side, in circles of its smallest turning radius.
-
-Larger: wider turns. With 1 the goal may slip into the circle, and the turn begins anew.
-"""
-
-STEEPEST_BEARING: Final = 1.0
-"""[rad] Angle between the course of a bicycle and its goal beyond which it first turns along a circle.
-
-Larger: accelerations towards the goal that slow it down before it turns. Smaller: wider turns.
 """
 
 HELD_TURNS: Final = (0.0, 0.15, 0.4, 1.0)
@@ -124,6 +109,18 @@ class Bicycle(Vehicle):
         return False
 
     @property
+    def turns_on_spot(self) -> bool:
+        return False
+
+    @property
+    def backs(self) -> bool:
+        return self.max_reverse_speed > 0.0
+
+    @property
+    def least_radius(self) -> float:
+        return self.wheelbase / tan(self.max_steering)
+
+    @property
     def holds(self) -> list[tuple[float, float]]:
         speeds = [share * self.max_speed for share in HELD_SPEEDS]
         if self.max_reverse_speed > 0.0:
@@ -151,28 +148,6 @@ class Bicycle(Vehicle):
     def limits(self) -> Limits:
         bounds = TurningRadius(self.turning_radius), HeadingCone(STEERING_CONE)
         return Limits(self.max_speed, self.max_acceleration, bounds=bounds)
-
-    def goal(self, pose: Pose, goal: Goal, now: float = 0.0) -> Goal:
-        """Goal of the point that brings the rear axle to `goal`, or a place from which it can be reached.
-
-        A goal within the turning circle is left behind first. One far to the side is approached along the circle.
-        """
-        final = super().goal(pose, goal, now)
-        place, _ = self.point(pose)
-        to_go, course = final.position(now) - place, self.course(pose)
-        bearing = (atan2(to_go[1], to_go[0]) - course + pi) % (2.0 * pi) - pi
-        radius, side = CIRCLE_SLACK * self.turning_radius, 1.0 if bearing >= 0.0 else -1.0
-        center = radius * side * np.array([-sin(course), cos(course)])
-        if isinstance(final, PathGoal) or hypot(*to_go) <= final.tolerance:
-            return final
-        if hypot(*(to_go - center)) + final.tolerance < radius:
-            angle = course
-        elif abs(bearing) > STEEPEST_BEARING:
-            angle = course + side * STEEPEST_BEARING
-        else:
-            return final
-        distance = 2.0 * radius + hypot(*to_go)
-        return Goal(Stationary(place + distance * np.array([cos(angle), sin(angle)])), radius)
 
     def course(self, pose: Pose) -> float:
         return pose.heading + atan(self.lever / self.wheelbase * tan(pose.turn))
@@ -239,6 +214,18 @@ class DifferentialDrive(Vehicle):
     @property
     def reverses(self) -> bool:
         return True
+
+    @property
+    def turns_on_spot(self) -> bool:
+        return True
+
+    @property
+    def backs(self) -> bool:
+        return True
+
+    @property
+    def least_radius(self) -> float:
+        return self.lever
 
     @property
     def holds(self) -> list[tuple[float, float]]:

@@ -19,18 +19,34 @@ from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Objective
 from slalom.decision.settings import SharedSettings
 from slalom.kernels.arrays import Bodies
-from slalom.kernels.vehicle.wheels import REST_WAY
-from slalom.model.goal import Goal, refuse_stop
+from slalom.kernels.vehicle.wheels import CREEPING, REST_WAY
+from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenBrake
 from slalom.model.shape import Capsule, Disc, Shape
 from slalom.model.state import State
+from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.vehicle.curves import Way, ends
+from slalom.vehicle.following import (
+    OFF_WAY,
+    Following,
+    begun,
+    direct_ways,
+    followed,
+    geometry,
+    is_direct,
+    is_for,
+    same_goal,
+    search,
+)
 from slalom.vehicle.motion import manoeuvre_of
+from slalom.vehicle.sweep import Scene, convex_bodies
 from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle, pose_of
+from slalom.vehicle.ways import WayFound
 
 CONTACT_SHARE: Final = 1e-4
 """[1] Depth of an overlap that counts as contact, as a share of the size of the body: 0.4 mm for a car.
@@ -79,6 +95,12 @@ HELD_FOR: Final = (0.1, 0.25, 0.5)
 More and longer ones: ways out of narrower places. Fewer: quicker decisions.
 """
 
+WAY_SPEEDS: Final = (1.0, 0.4, 0.0)
+"""[1] Shares of the largest speed at which a motion along a way is tried; 0: it stops on the way.
+
+More: it waits for others less often. Fewer: quicker decisions.
+"""
+
 SLOW: Final = 0.5
 """[1] A plan that comes nearer to the goal by less than this share of the free way is compared with held motions.
 
@@ -110,7 +132,7 @@ class Moment(NamedTuple):
 
     Attributes:
         pose: of the vehicle when the decision acts. track: (m, 6) before that, see `VehicleDecision`.
-        state: of the point, at `pose`. aim: its goal. window: the `obstacles` on their predicted trajectories.
+        state: of the point, at `pose`. goal: of the middle of the axle. aim: that of the point. window: the `obstacles` on their predicted trajectories.
         now: [s] when the decision acts. previous: the decision before; None at the start.
         bodies: of the window. gaps: (b,) [m] of the body of the vehicle from each of them.
         further: other arguments of decisions of the point.
@@ -121,6 +143,7 @@ class Moment(NamedTuple):
     state: State
     obstacles: Obstacles
     window: ObstacleWindow
+    goal: Goal | None
     aim: Goal | None
     now: float
     previous: "VehicleDecision | None"
@@ -134,13 +157,14 @@ class Proposal(NamedTuple):
 
     Attributes:
         motions: (k, 5), see `VehicleDecision`. manoeuvre: of the point. plan: the decision that it follows; None for
-            other manoeuvres. until: [s] the time up to which it is kept, if its motion is clear.
+            other manoeuvres. until: [s] the time up to which it is kept, if its motion is clear. way: that it follows.
     """
 
     motions: Array
     manoeuvre: Manoeuvre
     plan: Decision | None = None
     until: float | None = None
+    way: Following | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -156,6 +180,8 @@ class VehicleDecision(Decision):
         plan: the decision of the point, which the motion follows unless the outcome says otherwise.
         until: [s] time up to which this motion is kept if it is clear; None: it may change at once.
         track: (m, 6) time [s] and motion of the vehicle as it was and is predicted.
+        goal: of the middle of the axle. way: that it follows there; None if it follows none.
+        no_way: why a search found no way to the goal among obstacles at rest; None if it found one, or did not search.
         See `Decision` for the others: the manoeuvre is that of the point.
     """
 
@@ -166,6 +192,9 @@ class VehicleDecision(Decision):
     plan: Decision
     until: float | None
     track: Array
+    goal: Goal | None
+    way: Following | None
+    no_way: WayFound | None
 
     def pose_at(self, now: float) -> Pose:
         """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
@@ -292,7 +321,7 @@ class VehicleNavigator(SharedSettings):
         has(pose, *POSE, "pose")
         if goal is not None:
             has(goal, *GOAL, "goal")
-            refuse_stop(goal, self._navigators[0].limits)
+            refuse_goal(goal, self._navigators[0].limits, turns=True)
         number(now, "now")
         not_negative(delay, "delay")
         if previous is not None:
@@ -327,7 +356,7 @@ class VehicleNavigator(SharedSettings):
         bodies = window.bodies(Disc(self.rounding))
         gaps = kernels.pose_gaps(pose.motion[:3], self.corners, bodies, bodies.hulls)
         aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
-        return Moment(pose, track[:-1], state, obstacles, window, aim, acts, previous, bodies, gaps, further)
+        return Moment(pose, track[:-1], state, obstacles, window, goal, aim, acts, previous, bodies, gaps, further)
 
     def _estimated(self, pose: Pose, measured: float, acts: float, previous: VehicleDecision | None) -> Array:
         """The track (m, 6) up to the time `acts` [s] of a vehicle at a pose that was `measured` [s].
@@ -361,22 +390,93 @@ class VehicleNavigator(SharedSettings):
     def _chosen(self, moment: Moment) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps nothing."""
         keep = self._kept(moment)
+        on_way, no_way = self._on_way(moment, keep)
+        if on_way is not None:
+            kept = moment.previous is not None and moment.previous.way is not None
+            return self._decided(moment, on_way, np.inf, Outcome.KEPT if kept else Outcome.CLEAR)
         found, best = self._latest(moment, self._proposals(moment, leaves=False), keep)
         target = self._target(moment)
         if found == np.inf and best.plan is not None and self._stays(moment, best.plan):
             if (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
-                return self._decided(moment, away, np.inf, Outcome.CONSTRAINED)
+                return self._decided(moment, away, np.inf, Outcome.CONSTRAINED, no_way)
         least = np.inf
         if found == np.inf:
             cost, way = self._cost(best.motions, target), self.horizon * self.vehicle.limits.max_speed
             free = min(way, self._cost(best.motions[:1], target))
             least = cost - GAIN * free if self._cost(best.motions[:1], target) - cost < SLOW * free else -np.inf
         if least > -np.inf and (held := self._held(moment, keep, target, least, moves=False)) is not None:
-            return self._decided(moment, held, np.inf, Outcome.CONSTRAINED)
+            return self._decided(moment, held, np.inf, Outcome.CONSTRAINED, no_way)
         if found < np.inf:
-            return self._decided(moment, best, found, Outcome.DELAYED)
+            return self._decided(moment, best, found, Outcome.DELAYED, no_way)
         safe = best.plan is not None and best.plan.safe and best.manoeuvre is best.plan.manoeuvre
-        return self._decided(moment, best, found, best.plan.outcome if best.plan and safe else Outcome.CONTINUED)
+        outcome = best.plan.outcome if best.plan and safe else Outcome.CONTINUED
+        return self._decided(moment, best, found, outcome, no_way)
+
+    def _on_way(self, moment: Moment, keep: Array) -> tuple[Proposal | None, WayFound | None]:
+        """The first clear motion along a way to the goal, and why a search found none.
+
+        The way that it is on comes first, also slowly and with a stop on it; then direct ones. A vehicle that stands,
+        and is not on its way, searches among the obstacles at rest.
+        """
+        goal, previous, motion = moment.goal, moment.previous, moment.pose.motion
+        if goal is None or isinstance(goal, PathGoal) or not is_direct(self.vehicle, goal, moment.now):
+            return None, None
+        waits = previous is None or previous.stalled < self.reverse_after
+        before = None if previous is None else previous.way
+        if before is not None and is_for(before, goal, moment.now):
+            if before.error(moment.now, motion) <= OFF_WAY * self.vehicle.wheels.base:
+                if (found := self._along(moment, before, keep, waits)) is not None:
+                    return found, None
+        for way in direct_ways(self.vehicle, motion, goal, moment.now):
+            if self._is_free(moment, way):
+                at_begin = begun(self.vehicle, motion, way, goal, moment.now)
+                if (found := self._along(moment, at_begin, keep, waits=False)) is not None:
+                    return found, None
+        if previous is not None and previous.no_way is not None and same_goal(previous.goal, goal, moment.now):
+            return None, previous.no_way
+        if abs(moment.pose.speed) > CREEPING or (waits and goal.heading is None):
+            return None, None
+        around = [one for _, one in self._at_rest(moment)]
+        searched = search(self.vehicle, motion, goal, moment.now, self.body, self.center, around, self.margin)
+        if searched.way is None:
+            return None, searched
+        return self._along(moment, begun(self.vehicle, motion, searched.way, goal, moment.now), keep, waits=True), None
+
+    def _along(self, moment: Moment, way: Following, keep: Array, waits: bool) -> Proposal | None:
+        """The fastest clear motion along a way; None if none is. waits: whether to stop on it is one."""
+        for share in WAY_SPEEDS if waits else WAY_SPEEDS[:-1]:
+            fastest = share * self._navigators[0].limits.max_speed
+            motions, on = followed(self.vehicle, moment.pose.motion, way, moment.now, fastest, self._periods)
+            if self._contact(moment, motions, keep) == np.inf:
+                return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), way=on)
+        return None
+
+    def _is_free(self, moment: Moment, way: Way) -> bool:
+        """Whether the body meets no obstacle at rest on a whole way."""
+        at_rest = self._at_rest(moment)
+        if not at_rest:
+            return True
+        key = tuple(id(one) for one, _ in at_rest)
+        if self._scenes.get("key") != key:
+            scene = Scene(convex_bodies(self.body, self.center), [outline for _, outline in at_rest])
+            # The obstacles are kept: another one could get the number of one that exists no more.
+            self._scenes.update(key=key, scene=scene, obstacles=[one for one, _ in at_rest])
+        arcs = np.array(way).reshape(-1, 2)
+        poses = ends(moment.pose.motion[:3], way)[:-1]
+        return bool(self._scenes["scene"].clear(poses, arcs[:, 0], arcs[:, 1]).all())
+
+    @cached_property
+    def _scenes(self) -> dict[str, Any]:
+        """The obstacles at rest of the last decision as geometries, which are slow to make."""
+        return {}
+
+    def _at_rest(self, moment: Moment) -> list[tuple[Obstacle, Any]]:
+        """The obstacles at rest, with their geometries."""
+        found = [one for one in moment.window.obstacles if one.at_rest]
+        key = tuple(map(id, found))
+        if self._scenes.get("listed") != key:
+            self._scenes.update(listed=key, at_rest=[(one, geometry(one, moment.now)) for one in found])
+        return list(self._scenes["at_rest"])
 
     def _proposals(self, moment: Moment, leaves: bool) -> Iterator[Proposal]:
         """Motions in the order in which they are tried; `leaves`: of a body that overlaps obstacles."""
@@ -521,7 +621,12 @@ class VehicleNavigator(SharedSettings):
         return ceil(self.horizon / self.period - PERSISTS)
 
     def _decided(
-        self, moment: Moment, proposal: Proposal, first_contact: float, outcome: Outcome
+        self,
+        moment: Moment,
+        proposal: Proposal,
+        first_contact: float,
+        outcome: Outcome,
+        no_way: WayFound | None = None,
     ) -> VehicleDecision:
         """The decision for a motion that was judged."""
         plan, previous, motions = proposal.plan, moment.previous, proposal.motions
@@ -547,6 +652,9 @@ class VehicleNavigator(SharedSettings):
             plan=base,
             until=proposal.until,
             track=track,
+            goal=moment.goal,
+            way=proposal.way,
+            no_way=no_way,
         )
 
     def _judged(self, moment: Moment, proposal: Proposal, keep: Array | None = None) -> float:

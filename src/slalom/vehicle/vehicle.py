@@ -161,6 +161,21 @@ class Vehicle(ABC):
 
     @property
     @abstractmethod
+    def turns_on_spot(self) -> bool:
+        """Whether the vehicle turns without driving."""
+
+    @property
+    @abstractmethod
+    def backs(self) -> bool:
+        """Whether the vehicle drives backwards at all."""
+
+    @property
+    @abstractmethod
+    def least_radius(self) -> float:
+        """Least radius [m] of circles of the middle of the axle."""
+
+    @property
+    @abstractmethod
     def turning_radius(self) -> float:
         """Least radius [m] of the paths of the point on which the vehicle keeps a useful speed."""
 

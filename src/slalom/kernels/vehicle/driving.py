@@ -17,19 +17,13 @@ import numpy as np
 
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
-from slalom.kernels.vehicle.wheels import Wheels
+from slalom.kernels.vehicle.wheels import CREEPING, Wheels
 
 NODES, WEIGHTS = (0.5 * (1.0 + x) if k == 0 else 0.5 * x for k, x in enumerate(np.polynomial.legendre.leggauss(5)))
 """[1] Gauss quadrature on [0, 1] for the motion in a period; its error is of the order 10, far below a micrometre."""
 
 UP_TO = (NODES[:, None] ** np.arange(1.0, 6.0) / np.arange(1.0, 6.0)) @ np.linalg.inv(NODES[:, None] ** np.arange(5.0))
 """[1] Weights (5, 5) of the integrals up to each node."""
-
-CREEPING: Final = 1e-3
-"""[m/s] A bicycle that is to be slower than this keeps its steering angle.
-
-Larger: it leaves the place where it stops with the wrong course. Much smaller: rounding of the velocity steers.
-"""
 
 TURN_STEPS: Final = 20
 """[1] Most steps of Newton's method for the turn in a period. It converges in 3 to 5.
