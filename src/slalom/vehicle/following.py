@@ -39,6 +39,7 @@ class Following(NamedTuple):
     Attributes:
         goal: at which it ends. arcs: (n, 2) length [m], turn [rad]. poses: (n + 1, 3) at their begins and at the end.
         start: [s] of the first prediction. period: [s] between them.
+        careful: whether the vehicle stands where the curvature changes, and so never leaves the arcs.
         at: (k,) the arc that the vehicle is on, n at the end. driven: (k,) [m] its distance on that arc.
     """
 
@@ -47,6 +48,7 @@ class Following(NamedTuple):
     poses: Array
     start: float
     period: float
+    careful: bool
     at: Indices
     driven: Array
 
@@ -64,11 +66,11 @@ class Following(NamedTuple):
         return abs(float(kernels.on_arc(motion, self.poses[k], length, turn, driven)[1]))
 
 
-def begun(vehicle: Vehicle, motion: Array, way: Way, goal: Goal, now: float) -> Following:
+def begun(vehicle: Vehicle, motion: Array, way: Way, goal: Goal, now: float, careful: bool) -> Following:
     """The following of a way that begins at a motion (5,) at `now` [s]."""
     arcs = np.array(way, dtype=np.float64).reshape(-1, 2)
     first = np.zeros(1, np.int64), np.zeros(1)
-    return Following(goal, arcs, np.ascontiguousarray(ends(motion[:3], way)), now, vehicle.period, *first)
+    return Following(goal, arcs, np.ascontiguousarray(ends(motion[:3], way)), now, vehicle.period, careful, *first)
 
 
 def followed(
@@ -78,7 +80,7 @@ def followed(
     k, driven = way.place(now)
     wheels, stops = vehicle.wheels, way.goal.stop
     motions, at, there = kernels.along_way(
-        wheels, motion, way.arcs, way.poses, k, driven, fastest, stops, count
+        wheels, motion, way.arcs, way.poses, k, driven, fastest, stops, way.careful, count
     )
     return motions, way._replace(start=now, at=at, driven=there)
 

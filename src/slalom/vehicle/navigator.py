@@ -428,8 +428,9 @@ class VehicleNavigator(SharedSettings):
                 if (found := self._along(moment, before, keep, waits)) is not None:
                     return found, None
         for way in direct_ways(self.vehicle, motion, goal, moment.now):
-            if self._is_free(moment, way):
-                at_begin = begun(self.vehicle, motion, way, goal, moment.now)
+            if self._is_free(moment, way, 0.0):
+                careful = not self._is_free(moment, way, self.margin)
+                at_begin = begun(self.vehicle, motion, way, goal, moment.now, careful)
                 if (found := self._along(moment, at_begin, keep, waits=False)) is not None:
                     return found, None
         if previous is not None and previous.no_way is not None and same_goal(previous.goal, goal, moment.now):
@@ -440,7 +441,8 @@ class VehicleNavigator(SharedSettings):
         searched = search(self.vehicle, motion, goal, moment.now, self.body, self.center, around, self.margin)
         if searched.way is None:
             return None, searched
-        return self._along(moment, begun(self.vehicle, motion, searched.way, goal, moment.now), keep, waits=True), None
+        at_begin = begun(self.vehicle, motion, searched.way, goal, moment.now, careful=True)
+        return self._along(moment, at_begin, keep, waits=True), None
 
     def _along(self, moment: Moment, way: Following, keep: Array, waits: bool) -> Proposal | None:
         """The fastest clear motion along a way; None if none is. waits: whether to stop on it is one."""
@@ -451,8 +453,8 @@ class VehicleNavigator(SharedSettings):
                 return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), way=on)
         return None
 
-    def _is_free(self, moment: Moment, way: Way) -> bool:
-        """Whether the body meets no obstacle at rest on a whole way."""
+    def _is_free(self, moment: Moment, way: Way, clearance: float) -> bool:
+        """Whether the body keeps a clearance [m] from all obstacles at rest on a whole way."""
         at_rest = self._at_rest(moment)
         if not at_rest:
             return True
@@ -463,7 +465,7 @@ class VehicleNavigator(SharedSettings):
             self._scenes.update(key=key, scene=scene, obstacles=[one for one, _ in at_rest])
         arcs = np.array(way).reshape(-1, 2)
         poses = ends(moment.pose.motion[:3], way)[:-1]
-        return bool(self._scenes["scene"].clear(poses, arcs[:, 0], arcs[:, 1]).all())
+        return bool(self._scenes["scene"].clear(poses, arcs[:, 0], arcs[:, 1], clearance).all())
 
     @cached_property
     def _scenes(self) -> dict[str, Any]:

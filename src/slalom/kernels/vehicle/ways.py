@@ -50,19 +50,23 @@ def speed_to_stop(w: Wheels, left: float, acceleration: float, lag: float) -> fl
 
 
 @kernel
-def stops_after(w: Wheels, arcs: Array, k: int, stops: bool) -> bool:
-    """Whether a vehicle stands at the end of arc k: before a change of direction, a turn on the spot, and at the end."""
+def curvature(arcs: Array, k: int) -> float:
+    """Curvature [1/m] of the arc k; positive to the left of the heading when driven forwards."""
+    return arcs[k, 1] / arcs[k, 0] if arcs[k, 0] != 0.0 else 0.0
+
+
+@kernel
+def stops_after(w: Wheels, arcs: Array, k: int, stops: bool, careful: bool) -> bool:
+    """Whether a vehicle stands at the end of arc k: before a change of direction, a turn on the spot, and at the end.
+
+    careful: also before other curvatures, so that it never leaves the arcs.
+    """
     if k + 1 == len(arcs):
         return stops
     a = arcs[k, 0]
     b = arcs[k + 1, 0]
-    return a == 0.0 or b == 0.0 or a * b < 0.0
-
-
-@kernel
-def curvature(arcs: Array, k: int) -> float:
-    """Curvature [1/m] of the arc k; positive to the left of the heading when driven forwards."""
-    return arcs[k, 1] / arcs[k, 0] if arcs[k, 0] != 0.0 else 0.0
+    turns = abs(curvature(arcs, k) - curvature(arcs, k + 1)) * w.base > STEERED
+    return a == 0.0 or b == 0.0 or a * b < 0.0 or (careful and turns)
 
 
 @kernel
@@ -105,14 +109,23 @@ def put_spot_turn(w: Wheels, m: Array, pose: Array, turn: float, result: Array) 
 
 @kernel
 def along_way(
-    w: Wheels, start: Array, arcs: Array, poses: Array, first: int, before: float, fastest: float, stops: bool, count: int
+    w: Wheels,
+    start: Array,
+    arcs: Array,
+    poses: Array,
+    first: int,
+    before: float,
+    fastest: float,
+    stops: bool,
+    careful: bool,
+    count: int,
 ) -> tuple[Array, Indices, Array]:
     """Motions (count + 1, 5) of a vehicle along a way, the arc (count + 1,) it is on then, and the distance there [m].
 
     Args:
         arcs: (n, 2) length [m] and turn [rad]. poses: (n + 1, 3) at their begins, and at the end.
         first: the arc that it is on at the start, and the distance `before` [m] that it has driven there.
-        fastest: [m/s]. stops: whether it stands at the end; otherwise it drives on straight.
+        fastest: [m/s]. stops: whether it stands at the end; otherwise it drives on straight. careful: see `stops_after`.
     """
     h = w.period
     a = BRAKING * w.max_acceleration
@@ -140,7 +153,7 @@ def along_way(
             length = abs(arcs[k, 0])
             s, e, f = on_arc(m, poses[k], arcs[k, 0], arcs[k, 1], s)
             left = length - s
-            ends = stops_after(w, arcs, k, stops)
+            ends = stops_after(w, arcs, k, stops, careful)
             v = side * m[3]
             if left < (ENDED * w.base if ends else 0.0) and (not ends or abs(v) * h < ENDED * w.base):
                 k += 1
@@ -168,7 +181,7 @@ def along_way(
                     speed = min(speed, np.sqrt(w.max_acceleration / abs(after) + 2.0 * a * rest))
                 j += 1
                 rest += abs(arcs[j, 0])
-                ends = stops_after(w, arcs, j, stops)
+                ends = stops_after(w, arcs, j, stops, careful)
             if ends:
                 speed = min(speed, speed_to_stop(w, rest - 0.5 * h * max(v, 0.0), a, w.lag))
             l = max(FEEDBACK_WAY * w.base, FEEDBACK_SECONDS * abs(v))
