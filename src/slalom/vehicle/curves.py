@@ -84,7 +84,8 @@ class Problem(NamedTuple):
 
     def solved(self, d: Complex, share: Complex | Array, otherwise: Complex | complex = 1.0) -> Complex:
         """Unit vectors u (m,) with u share = d; `otherwise` where d is 0 and every direction solves this."""
-        u = np.where(np.abs(d) > self.rounding, d / np.where(share == 0.0, 1.0, share), otherwise)
+        known = (np.abs(d) > self.rounding) & (share != 0.0)
+        u = np.where(known, np.where(known, d, 1.0) / np.where(known, share, 1.0), otherwise)
         return np.asarray(u / np.abs(u))
 
 
@@ -371,7 +372,7 @@ def to_place(
     gears = BOTH if flag(reverse, "reverse") else (1.0,)
     distance = float(np.hypot(*(p - a[:2])))
     if flag(turns_on_spot, "turns_on_spot"):
-        course = float(np.arctan2(p[1] - a[1], p[0] - a[0]))
+        course = float(np.arctan2(p[1] - a[1], p[0] - a[0])) if distance > 0.0 else float(a[2])
         goals = np.array([(p[0], p[1], course if gear > 0.0 else course + pi) for gear in gears])
         ways = {way for goal in goals for way in turn_and_drive(a, goal, reverse) if len(way) < 3}
         return sorted(ways, key=lambda way: (sum(abs(arc.turn) for arc in way), way))

@@ -141,7 +141,8 @@ def way_among(
 
 def _at_place(start: Array, place: Array) -> Array:
     """Poses (n, 3) with headings in all directions at a place (2,), and along the line to it."""
-    course = float(np.arctan2(*(place - start[:2])[::-1]))
+    x, y = place - start[:2]
+    course = float(np.arctan2(y, x)) if x or y else float(start[2])
     headings = np.concatenate([[course, course + pi], 2.0 * pi / HEADINGS * np.arange(HEADINGS)])
     return np.column_stack([np.broadcast_to(place, (len(headings), 2)), headings])
 
