@@ -156,7 +156,9 @@ def _searched(judge: Judge, start: Array, goals: Array, place: bool, most: int) 
         fields = Field(judge.scene, *roots), Field(judge.scene, *roots[::-1])
         for k, step in enumerate(STEPS):
             search = Search(judge, roots, step * judge.driving.scale, fields)
-            ended = search.run((most - searched) // (len(STEPS) - k), best)
+            left = most - searched
+            # Coarse steps pass large rooms, and end soon in narrow places, where fine ones get the rest.
+            ended = search.run(left if k == len(STEPS) - 1 else left // 2, best)
             searched += search.searched
             best = min(best, search.best, key=lambda each: each.cost)
             if best.cost < inf:
