@@ -4,8 +4,8 @@ usage: python benchmarks/parking.py [--quick] [--cases 200] [--seed 0] [--kinds 
 
 Cases are drawn anew for each seed. A car of 4.5 m by 1.8 m (wheelbase 2.7 m, steering up to 0.6 rad) parks between
 cars at a kerb and in slots across an aisle, leaves such a slot, and changes from one slot to another. A differential
-drive of 0.6 m by 0.5 m docks with 0.1 m at each side, in a room with columns. A cart that cannot reverse docks with 0.15 m at
-each side; it starts with 1.5 m of free space ahead, from where there need not be a way. Times are processor times of one thread.
+drive of 0.6 m by 0.5 m docks with 0.1 m at each side, in a room with columns. A cart that cannot reverse docks with
+0.15 m at each side. It starts with 1.5 m of free space ahead; from there need not be a way. Times are processor times.
 """
 
 from collections.abc import Callable

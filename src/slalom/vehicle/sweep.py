@@ -199,7 +199,8 @@ class Scene:
         first = np.full(int(chain.max(initial=-1)) + 1, len(poses))
         for body in self.bodies:
             which = np.flatnonzero(place < first[chain])
-            at, length, turn = poses[which], lengths[which], turns[which]
+            at = poses[which]
+            length, turn = lengths[which], turns[which]
             while len(which):
                 middle = moved(at, 0.5 * length, 0.5 * turn)
                 blocked = which[self._near(body, middle, np.full(len(which), clearance))]
