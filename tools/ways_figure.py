@@ -11,7 +11,7 @@ import shapely
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
-from slalom.vehicle.curves import along, reversals
+from slalom.vehicle.curves import along, length_of, reversals
 from slalom.vehicle.sweep import outline
 
 ROOT = Path(__file__).parents[1]
@@ -32,7 +32,7 @@ def drawn(axes: Axes, case: Case, title: str) -> None:
     for obstacle in case.obstacles:
         axes.fill(*shapely.get_coordinates(obstacle).T, color="0.75", lw=0)
     center, lever = case.options.get("center", 0.0), 0.5 * case.body.length
-    total = sum(max(abs(arc.length), lever * abs(arc.turn) if arc.length == 0.0 else 0.0) for arc in way)
+    total = length_of(way, lever)
     poses = along(case.start, way, np.linspace(0.0, total, 45), lever)
     line = along(case.start, way, np.linspace(0.0, total, 2000), lever)
     for pose, color, width in [*((one, "0.45", 0.4) for one in poses), (poses[0], "C0", 1.8), (poses[-1], "C2", 1.8)]:

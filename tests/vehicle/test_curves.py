@@ -303,3 +303,4 @@ def test_turns_on_the_spot_have_poses_if_they_have_a_length() -> None:
     assert along(ORIGIN, way, 3.0, lever=0.5)[2] == pytest.approx(0.0)
     assert along(ORIGIN, (), [0.0, 1.0]).shape == (2, 3)
     assert length_of(way) == 2.0
+    assert length_of(way, lever=0.5) == 3.5
