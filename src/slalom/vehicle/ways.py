@@ -110,7 +110,8 @@ def way_among(
         obstacles: geometries of shapely in the plane, such as those of `outline`.
         radius: [m] least radius of turns. With `turns_on_spot` turns are on the spot, and it is not used.
         reverse: whether the vehicle also drives backwards.
-        clearance: [m] to obstacles that is kept where it costs little; less is kept elsewhere.
+        clearance: [m] to obstacles that is kept where it costs little; less is kept elsewhere. A margin that is always
+            kept is a rounding of the body, such as Rectangle(4.5, 1.8, radius=0.05).
         most_poses: at which the search ends (UNKNOWN).
 
     Raises:
