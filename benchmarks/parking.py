@@ -4,8 +4,8 @@ usage: python benchmarks/parking.py [--quick] [--cases 200] [--seed 0] [--kinds 
 
 Cases are drawn anew for each seed. A car of 4.5 m by 1.8 m (wheelbase 2.7 m, steering up to 0.6 rad) parks between
 cars at a kerb and in slots across an aisle, leaves such a slot, and changes from one slot to another. A differential
-drive of 0.6 m by 0.5 m docks with 0.1 m at each side, in a room with columns. A cart that cannot reverse drives into an
-open end of a corridor. Times are processor times of one thread.
+drive of 0.6 m by 0.5 m docks with 0.1 m at each side, in a room with columns. A cart that cannot reverse docks with
+0.15 m at each side. It starts with 1.5 m of free space ahead; from there need not be a way. Times are processor times.
 """
 
 from collections.abc import Callable
@@ -110,11 +110,15 @@ def room(rng: np.random.Generator, half: float, apart: float) -> list[Any]:
     return walls + columns
 
 
-def free_start(rng: np.random.Generator, body: Rectangle, obstacles: list[Any]) -> tuple[float, float, float]:
-    """A pose in the room, 0.1 m from all obstacles."""
+def free_start(
+    rng: np.random.Generator, body: Rectangle, obstacles: list[Any], ahead: float = 0.0
+) -> tuple[float, float, float]:
+    """A pose of the middle of a body in the room, 0.1 m from all obstacles on the first metres `ahead`."""
+    longer = Rectangle(body.length + ahead, body.width)
     while True:
         x, y, heading = rng.uniform(-3.2, 3.2), rng.uniform(1.0, 5.2), rng.uniform(-pi, pi)
-        if shapely.distance(outline(body, (x, y), heading), obstacles).min() > 0.1:
+        middle = x + 0.5 * ahead * cos(heading), y + 0.5 * ahead * sin(heading)
+        if shapely.distance(outline(longer, middle, heading), obstacles).min() > 0.1:
             return x, y, heading
 
 
@@ -130,7 +134,8 @@ def cart(rng: np.random.Generator) -> Case:
     """A cart that cannot reverse, into a dock with 0.15 m at each side."""
     body = Rectangle(1.0, 0.6)
     obstacles = room(rng, 0.45, 1.5)
-    start = free_start(rng, body, obstacles)
+    # Nearer to a wall ahead of it, it could only stay there.
+    start = free_start(rng, body, obstacles, ahead=1.5)
     # The axle is 0.3 m behind the middle.
     start = (start[0] - 0.3 * cos(start[2]), start[1] - 0.3 * sin(start[2]), start[2])
     options = {"radius": 0.8, "center": 0.3, "reverse": False, "clearance": 0.1}

@@ -16,6 +16,7 @@ from slalom import (
     Acceleration,
     AccelerationSequence,
     AvoidingCrowd,
+    Ball,
     Calibration,
     ConstantVelocity,
     ControlObstacle,
@@ -59,6 +60,7 @@ from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
 from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
+from slalom.vehicle.ways import way_among
 from slalom.view.film import Film, checked
 
 NAO = method("nao")
@@ -492,6 +494,13 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
         0.5, 1, 2, period=1
     ),
     r"heading: expected none in space": lambda _: State((0, 0, 0), (0, 0, 0), heading=1.0),
+    r"goal: expected poses .* or a place .*, found shape \(4,\)": lambda _: way_among(
+        (0, 0, 0), np.ones(4), DISC, [], 1.0
+    ),
+    r"body: expected a shape in the plane, found Ball in space": lambda _: way_among(
+        (0, 0, 0), (1, 1), Ball(1.0), [], 1
+    ),
+    r"obstacles\[0\]: expected a valid geometry of shapely": lambda _: way_among((0, 0, 0), (1, 1), DISC, [DISC], 1.0),
     r"max_steering: expected less than pi / 2": lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
     r"body: expected a Disc or a Rectangle": lambda _: VehicleNavigator(DRIVE, NAO, Polyline([(0, 0), (1, 0)])),
     r"probability: expected a number above 0 of at most 1, found 1\.1": lambda _: Obstacle(

@@ -84,7 +84,8 @@ class Problem(NamedTuple):
 
     def solved(self, d: Complex, share: Complex | Array, otherwise: Complex | complex = 1.0) -> Complex:
         """Unit vectors u (m,) with u share = d; `otherwise` where d is 0 and every direction solves this."""
-        u = np.where(np.abs(d) > self.rounding, d / np.where(share == 0.0, 1.0, share), otherwise)
+        known = (np.abs(d) > self.rounding) & (share != 0.0)
+        u = np.where(known, np.where(known, d, 1.0) / np.where(known, share, 1.0), otherwise)
         return np.asarray(u / np.abs(u))
 
 
@@ -371,7 +372,7 @@ def to_place(
     gears = BOTH if flag(reverse, "reverse") else (1.0,)
     distance = float(np.hypot(*(p - a[:2])))
     if flag(turns_on_spot, "turns_on_spot"):
-        course = float(np.arctan2(p[1] - a[1], p[0] - a[0]))
+        course = float(np.arctan2(p[1] - a[1], p[0] - a[0])) if distance > 0.0 else float(a[2])
         goals = np.array([(p[0], p[1], course if gear > 0.0 else course + pi) for gear in gears])
         ways = {way for goal in goals for way in turn_and_drive(a, goal, reverse) if len(way) < 3}
         return sorted(ways, key=lambda way: (sum(abs(arc.turn) for arc in way), way))
@@ -436,9 +437,20 @@ def _by_turns(found: Words) -> list[Way]:
 # Poses along a way.
 
 
-def length_of(way: Iterable[Arc]) -> float:
-    """Length [m] of a way: what the middle of the axle drives, forwards or backwards."""
-    return float(sum(abs(arc.length) for arc in way))
+def length_of(way: Sequence[Arc], lever: float = 0.0) -> float:
+    """Length [m] of a way: what the middle of the axle drives, forwards or backwards.
+
+    A turn on the spot by an angle is `lever` [m] times the angle long.
+
+    Raises:
+        InvalidInput: something else than pairs of numbers for the arcs, a lever below 0.
+    """
+    return float(_lengths(_arcs(way), not_negative(lever, "lever")).sum())
+
+
+def _lengths(arcs: Array, lever: float) -> Array:
+    """Lengths (k,) [m] of arcs (k, 2)."""
+    return np.where(arcs[:, 0] == 0.0, lever * np.abs(arcs[:, 1]), np.abs(arcs[:, 0]))
 
 
 def reversals(way: Iterable[Arc]) -> int:
@@ -477,8 +489,9 @@ def _arcs(way: Sequence[Arc]) -> Array:
 def along(start: npt.ArrayLike, way: Sequence[Arc], distances: npt.ArrayLike, lever: float = 0.0) -> Array:
     """Poses (..., 3) [m, rad] at `distances` (...) [m] along a way from `start`: exact to rounding.
 
-    A turn on the spot by an angle is `lever` [m] times the angle long. With 0 its poses are left out: at its place the
-    pose is that after the turn. Before the start the pose is that at the start, beyond the end that at the end.
+    A turn on the spot by an angle is `lever` [m] times the angle long, as in `length_of`. With 0 its poses are left
+    out: at its place the pose is that after the turn. Before the start the pose is that at the start, beyond the end
+    that at the end.
 
     Raises:
         InvalidInput: something else than three numbers for the start, pairs of numbers for the arcs, and numbers.
@@ -486,7 +499,7 @@ def along(start: npt.ArrayLike, way: Sequence[Arc], distances: npt.ArrayLike, le
     arcs, poses = _arcs(way), ends(start, way)
     lever = not_negative(lever, "lever")
     at = np.asarray([number(one, "distances") for one in np.ravel(distances).tolist()], np.float64)
-    long = np.where(arcs[:, 0] == 0.0, lever * np.abs(arcs[:, 1]), np.abs(arcs[:, 0]))
+    long = _lengths(arcs, lever)
     passed = np.concatenate([[0.0], np.cumsum(long)])
     at = np.clip(at, 0.0, passed[-1])
     k = np.searchsorted(passed, at, side="right") - 1

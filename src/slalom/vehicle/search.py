@@ -215,7 +215,8 @@ class Tree:
     """
 
     def __init__(self, judge: Judge, roots: Array, side: float, step: float, others: Array, field: Field) -> None:
-        self.judge, self.side, self.step = judge, side, step
+        self.judge = judge
+        self.side, self.step = side, step
         self.others, self.field = others, field
         self.arcs = side * judge.driving.moves(step)
         self.poses = [*roots]

@@ -38,10 +38,10 @@ NORMALS: Final = 24
 More: slower tests. Fewer: a larger body; a disc of 1 m grows by up to 1 / cos(pi / 24) - 1 m, 9 mm.
 """
 
-BEVELS: Final = 1
-"""[1] Normals between those of two successive sides of a body with corners, by which it is grown.
+BEVEL: Final = 0.25 * np.pi
+"""[rad] Largest angle between normals of the polygon of a body with corners, by which it is grown.
 
-More: slower tests. Fewer: near corners a clearance counts as smaller, by up to 8 % for rectangles and 1 bevel.
+Larger: quicker tests. Smaller: near corners a clearance counts as less reduced, with pi / 4 by up to 8 %.
 """
 
 ROUNDED: Final = 2e-3
@@ -100,7 +100,9 @@ def _convex_body(corners: Array, rounding: float) -> ConvexBody:
         sides = np.roll(corners, -1, axis=0) - corners
         at = np.arctan2(-sides[:, 0], sides[:, 1])
         between = (np.roll(at, -1) - at) % (2.0 * np.pi)
-        angles = (at[:, None] + between[:, None] * (np.arange(BEVELS + 1) / (BEVELS + 1))).ravel()
+        parts = np.ceil(between / BEVEL - 1e-9).astype(np.int64)
+        part = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        angles = np.repeat(at, parts) + part * np.repeat(between / parts, parts)
     normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return ConvexBody(normals, (normals @ corners.T).max(axis=1) + rounding, corners, rounding)
 
@@ -197,7 +199,8 @@ class Scene:
         first = np.full(int(chain.max(initial=-1)) + 1, len(poses))
         for body in self.bodies:
             which = np.flatnonzero(place < first[chain])
-            at, length, turn = poses[which], lengths[which], turns[which]
+            at = poses[which]
+            length, turn = lengths[which], turns[which]
             while len(which):
                 middle = moved(at, 0.5 * length, 0.5 * turn)
                 blocked = which[self._near(body, middle, np.full(len(which), clearance))]

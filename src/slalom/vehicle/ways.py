@@ -110,7 +110,8 @@ def way_among(
         obstacles: geometries of shapely in the plane, such as those of `outline`.
         radius: [m] least radius of turns. With `turns_on_spot` turns are on the spot, and it is not used.
         reverse: whether the vehicle also drives backwards.
-        clearance: [m] to obstacles that is kept where it costs little; less is kept elsewhere.
+        clearance: [m] to obstacles that is kept where it costs little; less is kept elsewhere. A margin that is always
+            kept is a rounding of the body, such as Rectangle(4.5, 1.8, radius=0.05).
         most_poses: at which the search ends (UNKNOWN).
 
     Raises:
@@ -141,7 +142,8 @@ def way_among(
 
 def _at_place(start: Array, place: Array) -> Array:
     """Poses (n, 3) with headings in all directions at a place (2,), and along the line to it."""
-    course = float(np.arctan2(*(place - start[:2])[::-1]))
+    x, y = place - start[:2]
+    course = float(np.arctan2(y, x)) if x or y else float(start[2])
     headings = np.concatenate([[course, course + pi], 2.0 * pi / HEADINGS * np.arange(HEADINGS)])
     return np.column_stack([np.broadcast_to(place, (len(headings), 2)), headings])
 
@@ -155,7 +157,9 @@ def _searched(judge: Judge, start: Array, goals: Array, place: bool, most: int) 
         fields = Field(judge.scene, *roots), Field(judge.scene, *roots[::-1])
         for k, step in enumerate(STEPS):
             search = Search(judge, roots, step * judge.driving.scale, fields)
-            ended = search.run((most - searched) // (len(STEPS) - k), best)
+            left = most - searched
+            # Coarse steps pass large rooms, and end soon in narrow places, where fine ones get the rest.
+            ended = search.run(left if k == len(STEPS) - 1 else left // 2, best)
             searched += search.searched
             best = min(best, search.best, key=lambda each: each.cost)
             if best.cost < inf:
