@@ -29,6 +29,9 @@ OFF_WAY: Final = 0.1
 """[1] Distance from a way, in wheelbases or tracks, beyond which it is given up. Smaller: more new ways. Larger: errors."""
 
 
+MOST_POSES: Final = 2000
+"""[1] Poses at which a search for a way ends, after 1 to 3 s. More: ways in narrower places, and longer waiting."""
+
 SAME_PLACE: Final = 0.1
 """[1] Distance, in tolerances of a goal, within which a goal is the same as before. Larger: ways that end beside it."""
 
@@ -128,6 +131,7 @@ def search(
         reverse=vehicle.backs,
         turns_on_spot=vehicle.turns_on_spot,
         clearance=clearance,
+        most_poses=MOST_POSES,
     )
 
 

@@ -158,6 +158,7 @@ class Proposal(NamedTuple):
     Attributes:
         motions: (k, 5), see `VehicleDecision`. manoeuvre: of the point. plan: the decision that it follows; None for
             other manoeuvres. until: [s] the time up to which it is kept, if its motion is clear. way: that it follows.
+        outcome: of a motion on a way.
     """
 
     motions: Array
@@ -165,6 +166,7 @@ class Proposal(NamedTuple):
     plan: Decision | None = None
     until: float | None = None
     way: Following | None = None
+    outcome: Outcome = Outcome.CONTINUED
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -392,8 +394,7 @@ class VehicleNavigator(SharedSettings):
         keep = self._kept(moment)
         on_way, no_way = self._on_way(moment, keep)
         if on_way is not None:
-            kept = moment.previous is not None and moment.previous.way is not None
-            return self._decided(moment, on_way, np.inf, Outcome.KEPT if kept else Outcome.CLEAR)
+            return self._decided(moment, on_way, np.inf, on_way.outcome)
         found, best = self._latest(moment, self._proposals(moment, leaves=False), keep)
         target = self._target(moment)
         if found == np.inf and best.plan is not None and self._stays(moment, best.plan):
@@ -446,11 +447,16 @@ class VehicleNavigator(SharedSettings):
 
     def _along(self, moment: Moment, way: Following, keep: Array, waits: bool) -> Proposal | None:
         """The fastest clear motion along a way; None if none is. waits: whether to stop on it is one."""
+        # Places at rest may be entered as far as the body fits, such as docks.
+        rests = np.array([one.at_rest for one in moment.window.obstacles], np.bool_)[moment.bodies.owner]
+        least = np.where(rests, np.minimum(keep, ADVANCE_SHARE * self._contact_depth), keep)
         for share in WAY_SPEEDS if waits else WAY_SPEEDS[:-1]:
             fastest = share * self._navigators[0].limits.max_speed
             motions, on = followed(self.vehicle, moment.pose.motion, way, moment.now, fastest, self._periods)
-            if self._contact(moment, motions, keep) == np.inf:
-                return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), way=on)
+            for outcome, kept in ((Outcome.KEPT, keep), (Outcome.SQUEEZED, least)):
+                if self._contact(moment, motions, kept) == np.inf:
+                    manoeuvre = manoeuvre_of(self.vehicle, motions, moment.now)
+                    return Proposal(motions, manoeuvre, way=on, outcome=outcome)
         return None
 
     def _is_free(self, moment: Moment, way: Way, clearance: float) -> bool:
@@ -632,6 +638,8 @@ class VehicleNavigator(SharedSettings):
     ) -> VehicleDecision:
         """The decision for a motion that was judged."""
         plan, previous, motions = proposal.plan, moment.previous, proposal.motions
+        if no_way is None and proposal.way is None and previous is not None and moment.goal is not None:
+            no_way = previous.no_way if same_goal(previous.goal, moment.goal, moment.now) else None
         base = plan
         if base is None:
             base = self._navigators[0].decide(
