@@ -26,7 +26,10 @@ DIRECT_WAYS: Final = 6
 """[1] Most direct ways that are tried, the shortest first. More: longer decisions. Fewer: more searches."""
 
 OFF_WAY: Final = 0.1
-"""[1] Distance from a way, in wheelbases or tracks, beyond which it is given up. Smaller: more new ways. Larger: errors."""
+"""[1] Distance from a way, in wheelbases or tracks, beyond which it is given up.
+
+Smaller: more new ways. Larger: errors.
+"""
 
 
 MOST_POSES: Final = 2000

@@ -32,7 +32,7 @@ HELD_TURNS: Final = (0.0, 0.15, 0.4, 1.0)
 More: ways out of narrower places, and longer decisions. Fewer: the vehicle waits more often.
 """
 
-GENTLE_TURNS: Final = (0.005, 0.03)
+GENTLE_TURNS: Final = (0.001, 0.006, 0.03)
 """[1] Further ones of a bicycle: its rear swings out towards a wall beside it, by less in a wider turn."""
 
 HELD_SPEEDS: Final = (1.0, 0.4)

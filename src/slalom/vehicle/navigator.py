@@ -31,6 +31,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.vehicle.curves import Way, ends
+from slalom.vehicle.estimate import PERSISTS, estimated, motion_at
 from slalom.vehicle.following import (
     OFF_WAY,
     Following,
@@ -110,29 +111,14 @@ Larger: more decisions compare them. Smaller: the vehicle creeps where it could 
 GAIN: Final = 0.1
 """[1] Share of the free way by which a held motion must come nearer to the goal than a plan. As of SLOW."""
 
-CORRECTION_TIMES: Final = np.array([0.4, 0.4, 0.4, 1.2, 1.2])
-"""[s] Times in which differences of measured motions from the predicted ones are corrected, by 63 %.
-
-Of x, y, heading, speed and turn, each in addition to the lag. Longer: the vehicle notices slip later. Shorter: noise of
-measurements becomes turns of the vehicle, which a lag amplifies.
-"""
-
-CORRECTED_WITHIN: Final = (0.05, 0.05, 0.2, 0.5)
-"""[m], [rad], [m/s], [rad/s or rad] Differences from the prediction beyond which the measured pose is taken as it is.
-
-Larger: a push is noticed later. Smaller: rare large errors of measurements count in full.
-"""
-
-PERSISTS: Final = 1e-9
-"""[1] A time that is a whole number of periods up to this share of one counts as that number."""
-
 
 class Moment(NamedTuple):
     """The inputs of one decision.
 
     Attributes:
         pose: of the vehicle when the decision acts. track: (m, 6) before that, see `VehicleDecision`.
-        state: of the point, at `pose`. goal: of the middle of the axle. aim: that of the point. window: the `obstacles` on their predicted trajectories.
+        state: of the point, at `pose`. goal: of the middle of the axle. aim: that of the point.
+        window: the `obstacles` on their predicted trajectories.
         now: [s] when the decision acts. previous: the decision before; None at the start.
         bodies: of the window. gaps: (b,) [m] of the body of the vehicle from each of them.
         further: other arguments of decisions of the point.
@@ -203,11 +189,6 @@ class VehicleDecision(Decision):
         return pose_of(motion_at(self.track, now))
 
 
-def motion_at(track: Array, now: float) -> Array:
-    """The motion (5,) at `now` [s] of a track (m, 6); before its begin and after its end the first and the last one."""
-    return np.array([np.interp(now, track[:, 0], track[:, k]) for k in range(1, 6)])
-
-
 @dataclass(frozen=True)
 class VehicleNavigator(SharedSettings):
     """Vehicle that decides with `method`, and judges each manoeuvre by the motion of its own body.
@@ -257,6 +238,11 @@ class VehicleNavigator(SharedSettings):
         """[s] between decisions."""
         return self.vehicle.period
 
+    @property
+    def robot(self) -> Shape:
+        """The body: what `Navigator.robot` is."""
+        return self.body
+
     @cached_property
     def corners(self) -> Array:
         """Corners (c, 2) [m] of the body relative to the middle of the axle, which `rounding` [m] grows."""
@@ -294,7 +280,9 @@ class VehicleNavigator(SharedSettings):
             low, high = min(ahead) + first.robot.bounding_radius, max(ahead) - first.robot.bounding_radius
             low, high = min(0.0, low), max(0.0, high)
             for turn in TURN_RESERVES if high > low else ():
-                yield replace(first, robot=Capsule(low * e, high * e, first.robot.bounding_radius + turn * (high - low)))
+                yield replace(
+                    first, robot=Capsule(low * e, high * e, first.robot.bounding_radius + turn * (high - low))
+                )
 
     def decide(
         self,
@@ -351,7 +339,8 @@ class VehicleNavigator(SharedSettings):
     ) -> Moment:
         """The inputs at the time at which the decision acts."""
         acts = now + self.vehicle.delay
-        track = self._estimated(pose, now - delay, acts, previous)
+        before = None if previous is None else previous.track
+        track = estimated(self.vehicle, pose.motion, now - delay, acts, before, self.horizon)
         pose = pose_of(track[-1, 1:])
         state = self.vehicle.state(pose)
         window = self._navigators[0].predict(obstacles, state, acts)
@@ -359,35 +348,6 @@ class VehicleNavigator(SharedSettings):
         gaps = kernels.pose_gaps(pose.motion[:3], self.corners, bodies, bodies.hulls)
         aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
         return Moment(pose, track[:-1], state, obstacles, window, goal, aim, acts, previous, bodies, gaps, further)
-
-    def _estimated(self, pose: Pose, measured: float, acts: float, previous: VehicleDecision | None) -> Array:
-        """The track (m, 6) up to the time `acts` [s] of a vehicle at a pose that was `measured` [s].
-
-        The predicted track is corrected by a share of the difference of the measured pose from it.
-        """
-        motion = pose.motion
-        if previous is None:
-            rows, now = [[measured, *motion]], measured
-            while now < acts - PERSISTS * self.period:
-                share = min(1.0, (acts - now) / self.period)
-                kernels.drive(self.vehicle.wheels, motion, motion[3], motion[4], 0.0, share, motion)
-                now += share * self.period
-                rows.append([now, *motion])
-            return np.array(rows)
-        predicted = motion_at(previous.track, measured)
-        off = motion - predicted
-        off[2] = (off[2] + np.pi) % (2.0 * np.pi) - np.pi
-        sizes = np.array([hypot(off[0], off[1]), *np.abs(off[2:])])
-        if np.all(sizes <= CORRECTED_WITHIN):
-            off *= 1.0 - np.exp(-self.period / (CORRECTION_TIMES + max(self.vehicle.lags)))
-        track = previous.track
-        between = track[(track[:, 0] > measured + TIME) & (track[:, 0] < acts - TIME)]
-        times = np.array([measured, *between[:, 0], *([acts] if acts > measured else [])])
-        rows = np.column_stack([times, np.array([motion_at(track, t) for t in times.tolist()])])
-        c, s = np.cos(off[2]), np.sin(off[2])
-        rows[:, 1:3] = predicted[:2] + off[:2] + (rows[:, 1:3] - predicted[:2]) @ np.array([[c, s], [-s, c]])
-        rows[:, 3:] += off[2:]
-        return np.concatenate([track[(track[:, 0] < measured - TIME) & (track[:, 0] > acts - self.horizon)], rows])
 
     def _chosen(self, moment: Moment) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps nothing."""
@@ -397,9 +357,9 @@ class VehicleNavigator(SharedSettings):
             return self._decided(moment, on_way, np.inf, on_way.outcome)
         found, best = self._latest(moment, self._proposals(moment, leaves=False), keep)
         target = self._target(moment)
-        if found == np.inf and best.plan is not None and self._stays(moment, best.plan):
-            if (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
-                return self._decided(moment, away, np.inf, Outcome.CONSTRAINED, no_way)
+        stays = found == np.inf and best.plan is not None and self._stays(moment, best.plan)
+        if stays and (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
+            return self._decided(moment, away, np.inf, Outcome.CONSTRAINED, no_way)
         least = np.inf
         if found == np.inf:
             cost, way = self._cost(best.motions, target), self.horizon * self.vehicle.limits.max_speed
@@ -424,15 +384,17 @@ class VehicleNavigator(SharedSettings):
             return None, None
         waits = previous is None or previous.stalled < self.reverse_after
         before = None if previous is None else previous.way
-        if before is not None and is_for(before, goal, moment.now):
-            if before.error(moment.now, motion) <= OFF_WAY * self.vehicle.wheels.base:
-                if (found := self._along(moment, before, keep, waits)) is not None:
-                    return found, None
+        on_it = before is not None and before.error(moment.now, motion) <= OFF_WAY * self.vehicle.wheels.base
+        if before is not None and on_it and is_for(before, goal, moment.now):
+            found = self._along(moment, before, keep, waits)
+            if found is not None:
+                return found, None
         for way in direct_ways(self.vehicle, motion, goal, moment.now):
             if self._is_free(moment, way, 0.0):
                 careful = not self._is_free(moment, way, self.margin)
                 at_begin = begun(self.vehicle, motion, way, goal, moment.now, careful)
-                if (found := self._along(moment, at_begin, keep, waits=False)) is not None:
+                found = self._along(moment, at_begin, keep, waits=False)
+                if found is not None:
                     return found, None
         if previous is not None and previous.no_way is not None and same_goal(previous.goal, goal, moment.now):
             return None, previous.no_way
@@ -536,7 +498,10 @@ class VehicleNavigator(SharedSettings):
                 if cost >= least or (moves and hypot(*(motions[-1, :2] - moment.pose.position)) < self.vehicle.lever):
                     continue
                 if self._contact(moment, motions, keep) == np.inf:
-                    manoeuvre, until = manoeuvre_of(self.vehicle, motions, moment.now), moment.now + HELD_FOR[0] * self.horizon
+                    manoeuvre, until = (
+                        manoeuvre_of(self.vehicle, motions, moment.now),
+                        moment.now + HELD_FOR[0] * self.horizon,
+                    )
                     best, least = Proposal(motions, manoeuvre, None, until), cost
         return best
 

@@ -123,10 +123,11 @@ def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bo
 
 def checked_lags(lag: float | tuple[float, float], name: str) -> tuple[float, float]:
     """The lags [s] of speed and turn; one number is both. Raises InvalidInput for something else."""
-    both = (lag, lag) if np.ndim(lag) == 0 else tuple(lag)  # type: ignore[arg-type]
-    if len(both) != 2:
-        raise InvalidInput(f"{name}: expected one lag, or those of speed and turn, found {len(both)}")
-    return not_negative(both[0], name), not_negative(both[1], name)
+    if not isinstance(lag, tuple | list):
+        return not_negative(lag, name), not_negative(lag, name)
+    if len(lag) != 2:
+        raise InvalidInput(f"{name}: expected one lag, or those of speed and turn, found {len(lag)}")
+    return not_negative(lag[0], name), not_negative(lag[1], name)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Clearance of a body that turns with its vehicle: a rounded convex hull on a sampled motion among bodies.
 
-Conservative advancement (Mirtich 1996): two bodies at a distance d whose points approach by at most v each second do not
-touch within d / v. The distance is computed at the end of that time again, and so on.
+Conservative advancement (Mirtich 1996): two bodies at a distance d whose points approach by at most v each second do
+not touch within d / v. The distance is computed at the end of that time again, and so on.
 """
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from slalom.kernels.arrays import Array, Bodies, MaybeHulls
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.jit import kernel
+
 
 @kernel
 def to_edge(px: float, py: float, ax: float, ay: float, bx: float, by: float) -> float:
@@ -59,7 +60,7 @@ def separation(p: Array, n: int, q: Array, m: int) -> float:
             least = min(least, to_edge(p[i, 0], p[i, 1], q[j, 0], q[j, 1], q[k, 0], q[k, 1]))
             k = i + 1 if i + 1 < n else 0
             least = min(least, to_edge(q[j, 0], q[j, 1], p[i, 0], p[i, 1], p[k, 0], p[k, 1]))
-    return np.sqrt(least)
+    return float(np.sqrt(least))
 
 
 @kernel
@@ -115,7 +116,9 @@ def gap(
     dy = value(points[s, 0, 1], points[s, 1, 1], points[s, 2, 1], points[s, 3, 1], x) - pose[1]
     around = size + bodies.each[bodies.pieces.body[s]].hull_radius
     far = np.sqrt(dx * dx + dy * dy) - around
-    return far if far > around else exact_gap(pose, corners, bodies, hulls, s, x, p, q)
+    if far > around:
+        return float(far)
+    return exact_gap(pose, corners, bodies, hulls, s, x, p, q)
 
 
 @kernel
@@ -124,7 +127,7 @@ def size_of(corners: Array) -> float:
     square = 0.0
     for i in range(len(corners)):
         square = max(square, corners[i, 0] * corners[i, 0] + corners[i, 1] * corners[i, 1])
-    return np.sqrt(square)
+    return float(np.sqrt(square))
 
 
 @kernel
@@ -172,7 +175,7 @@ def approach_speed(bodies: Bodies, s: int) -> float:
             ey = pieces.turns[s, j + 1, 1] - pieces.turns[s, j, 1]
             turn = max(turn, np.hypot(ex, ey))
     b = pieces.body[s]
-    return (3.0 * (most + turn * bodies.each[b].hull_radius) + max(0.0, pieces.growth[s])) / width
+    return float((3.0 * (most + turn * bodies.each[b].hull_radius) + max(0.0, pieces.growth[s])) / width)
 
 
 @kernel

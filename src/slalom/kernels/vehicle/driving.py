@@ -1,10 +1,10 @@
 """Motions of vehicles on wheels: commands within their limits, that follow a plan or hold a speed and a turn.
 
-A motion is a row (5,): x, y [m] of the middle of the axle (of a bicycle, the rear one), heading [rad], speed [m/s] along
-it, and turn: the turn rate [rad/s] of a differential drive, the steering angle [rad] of a bicycle.
+A motion is a row (5,): x, y [m] of the middle of the axle (of a bicycle, the rear one), heading [rad], speed [m/s]
+along it, and turn: the turn rate [rad/s] of a differential drive, the steering angle [rad] of a bicycle.
 
-Let f be the velocity of the point `lever` ahead of the axle at the end of a period h, q(t) the velocity of a plan, e and
-d the errors of position and velocity at the start. A motion that reaches q(t + h) has the error e + h d / 2 at the end.
+Let f be the velocity of the point `lever` ahead of the axle at the end of a period h, q(t) the velocity of a plan, e
+and d the errors of position and velocity at the start. A motion that reaches q(t + h) has the error e + h d / 2 then.
 The motion that follows the plan has f = q(t + h) - (e + h d / 2) / T: errors fall by 1 - h / T in each period.
 
 An actuator with the lag T approaches its command u as ds/dt = (u - s) / T, by at most its largest rate. Without lag it

@@ -15,7 +15,10 @@ from slalom.kernels.vehicle.driving import drive, within_limits, wrapped
 from slalom.kernels.vehicle.wheels import Wheels
 
 FEEDBACK_WAY: Final = 0.5
-"""[1] The least distance l in which errors fall, in wheelbases or tracks. Longer: wider errors. Shorter: rough steering."""
+"""[1] The least distance l in which errors fall, in wheelbases or tracks.
+
+Longer: wider errors. Shorter: rough steering.
+"""
 
 FEEDBACK_SECONDS: Final = 0.6
 """[s] The distance l in seconds of driving. As of FEEDBACK_WAY."""
@@ -27,7 +30,7 @@ Larger: it leaves the arc. Smaller: it stands longer.
 """
 
 ENDED: Final = 0.002
-"""[1] An arc is driven up to this distance from its end, in wheelbases or tracks; turns on the spot up to this angle [rad].
+"""[1] An arc is driven up to this distance from its end, in wheelbases or tracks; turns on the spot up to this in rad.
 
 Larger: vehicles end farther from their goals. Smaller: they creep longer.
 """
@@ -46,7 +49,7 @@ BRAKING: Final = 0.8
 def speed_to_stop(w: Wheels, left: float, acceleration: float, lag: float) -> float:
     """Speed [m/s] from which a vehicle can stop within a distance [m], if it brakes from the next period on."""
     time = w.period + lag
-    return acceleration * (np.sqrt(time * time + 2.0 * max(left, 0.0) / acceleration) - time)
+    return acceleration * float(np.sqrt(time * time + 2.0 * max(left, 0.0) / acceleration) - time)
 
 
 @kernel
@@ -57,7 +60,7 @@ def curvature(arcs: Array, k: int) -> float:
 
 @kernel
 def stops_after(w: Wheels, arcs: Array, k: int, stops: bool, careful: bool) -> bool:
-    """Whether a vehicle stands at the end of arc k: before a change of direction, a turn on the spot, and at the end.
+    """Whether a vehicle stands at the end of arc k: before changes of direction, turns on the spot, and at the end.
 
     careful: also before other curvatures, so that it never leaves the arcs.
     """
@@ -125,7 +128,7 @@ def along_way(
     Args:
         arcs: (n, 2) length [m] and turn [rad]. poses: (n + 1, 3) at their begins, and at the end.
         first: the arc that it is on at the start, and the distance `before` [m] that it has driven there.
-        fastest: [m/s]. stops: whether it stands at the end; otherwise it drives on straight. careful: see `stops_after`.
+        fastest: [m/s]. stops: whether it stands at the end; else it drives on straight. careful: see `stops_after`.
     """
     h = w.period
     a = BRAKING * w.max_acceleration
@@ -184,12 +187,15 @@ def along_way(
                 ends = stops_after(w, arcs, j, stops, careful)
             if ends:
                 speed = min(speed, speed_to_stop(w, rest - 0.5 * h * max(v, 0.0), a, w.lag))
-            l = max(FEEDBACK_WAY * w.base, FEEDBACK_SECONDS * abs(v))
-            bend += -e / (l * l) - 2.0 * side * f / l
+            reach = max(FEEDBACK_WAY * w.base, FEEDBACK_SECONDS * abs(v))
+            bend += -e / (reach * reach) - 2.0 * side * f / reach
             if w.steered:
                 turn = np.arctan(w.base * bend)
                 limited = min(max(turn, -w.max_turn), w.max_turn)
-                if abs(v) < w.max_acceleration * h and abs(limited - m[4]) > STEERED * w.max_turn + 0.5 * w.max_turn_change * h:
+                if (
+                    abs(v) < w.max_acceleration * h
+                    and abs(limited - m[4]) > STEERED * w.max_turn + 0.5 * w.max_turn_change * h
+                ):
                     speed = 0.0
                 v, turn = within_limits(w, m, side * speed, turn)
             else:
