@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import ceil, hypot
+from pathlib import Path as FilePath
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -13,7 +14,9 @@ from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, has, no
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
+from slalom.decision.decision import Collision
 from slalom.decision.fallback import DEEPER_BY, is_moving
+from slalom.decision.inputs import Commitment
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Objective
@@ -183,6 +186,33 @@ class VehicleDecision(Decision):
     goal: Goal | None
     way: Following | None
     no_way: WayFound | None
+
+    @property
+    def commitment(self) -> Commitment:
+        """That of the plan of the point."""
+        return self.plan.commitment
+
+    @cached_property
+    def collision(self) -> Collision | None:
+        """The first predicted contact of the body: of the plan, if that has one; None for a safe decision."""
+        return None if self.safe else self.plan.collision
+
+    def as_dict(self) -> dict[str, Any]:
+        """As `Decision.as_dict`, with the command, the first contact of the body, and why there is no way."""
+        contact = None if self.first_contact == np.inf else self.acts_at + self.first_contact
+        return super().as_dict() | {
+            "command": {"speed": self.command.speed, "turn": self.command.turn},
+            "first_contact": contact,
+            "no_way": None if self.no_way is None else str(self.no_way),
+        }
+
+    def dump(self, file: FilePath | str) -> None:
+        """Refused: decision files hold robots that move in every direction; the `plan` of the point can be written.
+
+        Raises:
+            InvalidInput: always.
+        """
+        raise InvalidInput("decision: expected one of a Navigator for a file, found one of a vehicle; dump its plan")
 
     def pose_at(self, now: float) -> Pose:
         """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
