@@ -349,6 +349,21 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "worlds": None,
         },
     ),
+    "occupancy": (
+        lambda **given: ROBOT.decide(STATE, slalom.occupancy(**given), GOAL),
+        {
+            "grid": np.array([[0, 100, -1]]),
+            "resolution": 0.5,
+            "origin": (5.0, 0.0, 0.0),
+            "occupied": 65,
+            "unknown": True,
+        },
+    ),
+    "OccupancyTable.updated": (
+        slalom.occupancy(np.zeros((3, 3), np.int8), 0.5).updated,
+        {"part": [[100]], "row": 1, "column": 1},
+    ),
+    "OccupancyTable.at": (slalom.occupancy([[100]], 0.5).at, {"origin": (1.0, 2.0, 0.0)}),
     "ObstacleTable": (
         lambda obstacles: ROBOT.decide(STATE, slalom.ObstacleTable(obstacles), GOAL),
         {"obstacles": [ROCK]},
