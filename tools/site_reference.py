@@ -42,7 +42,8 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
-        *("Obstacle", "Headings", "ObstacleTable", "ObstacleWindow", "Tracks", "Tracker"),
+        *("Obstacle", "Headings", "ObstacleTable", "OccupancyTable", "occupancy", "read_map", "ObstacleWindow"),
+        *("Tracks", "Tracker"),
         *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
         "AvoidingCrowd",
     ),

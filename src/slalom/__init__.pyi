@@ -52,6 +52,7 @@ from .forecast.forecast import (
     Known as Known,
     Present as Present,
 )
+from .io.maps import read_map as read_map
 from .lookahead.expected_loss import ExpectedLoss as ExpectedLoss
 from .lookahead.navigator import LookAhead as LookAhead, SequenceDecision as SequenceDecision
 from .model.bounds import (
@@ -116,6 +117,7 @@ from .model.uncertainty import (
 )
 from .obstacle import Headings as Headings, Obstacle as Obstacle
 from .obstacle.horizon import Horizon as Horizon, HorizonByName as HorizonByName, SafeTime as SafeTime
+from .obstacle.occupancy import OccupancyTable as OccupancyTable, occupancy as occupancy
 from .obstacle.table import ObstacleTable as ObstacleTable
 from .obstacle.tracks import Tracks as Tracks
 from .obstacle.window import ObstacleWindow as ObstacleWindow

@@ -5,7 +5,6 @@ from types import SimpleNamespace as Message
 import numpy as np
 import pytest
 import shapely
-from draws import examples
 from hypothesis import given, strategies as st
 from ros_messages import (
     about,
@@ -25,7 +24,7 @@ from slalom import Disc, Polygon, Polyline, Rectangle
 from slalom.adapters.ros.messages import Frames, odometry
 from slalom.adapters.ros.node import Node
 from slalom.adapters.ros.shell import NodeSettings
-from slalom.adapters.ros.tracked import covering_polygons, grid_polygons, markers, objects, obstacles
+from slalom.adapters.ros.tracked import markers, objects, obstacles, occupancy_grid
 from slalom.base.errors import InvalidInput
 
 KINDS = Message(Twist=Message, Accel=Message, Vector3=Message)
@@ -108,40 +107,14 @@ def test_obstacles_of_costmap_converter_have_corners_in_their_frame():
     assert np.allclose(area.velocity, (np.cos(0.7), np.sin(0.7)))
 
 
-@examples(40)
-@given(
-    seed=st.integers(0, 10**6),
-    size=st.tuples(st.integers(1, 25), st.integers(1, 25)),
-    share=st.sampled_from((0.1, 0.4, 0.7, 1.0)),
-    notch=st.sampled_from((0.0, 1.0, 1.5, 3.0)),
-)
-def test_polygons_of_a_map_cover_every_occupied_cell(seed, size, share, notch):
-    """They are convex, cover no more than is near an occupied cell, and without notches exactly the cells."""
-    cells = np.random.default_rng(seed).random(size) < share
-    squares = shapely.union_all([shapely.box(x, y, x + 1, y + 1) for y, x in np.argwhere(cells)])
-    polygons = [shapely.Polygon(corners) for corners in covering_polygons(cells, notch)]
-    covered = shapely.union_all(polygons)
-    assert all(one.is_valid and one.convex_hull.area - one.area < 1e-9 for one in polygons)
-    assert squares.difference(covered).area < 1e-9
-    assert covered.difference(squares.buffer(notch + 1e-9)).area < 1e-9
-    assert notch > 0.0 or covered.area == pytest.approx(cells.sum())
-
-
-def test_a_slanted_wall_becomes_one_polygon():
-    y, x = np.mgrid[:120, :120] + 0.5
-    for slope in (0.0, 0.3, 0.77, 1.0):
-        wall = (np.abs(y - 15.0 - slope * x) < 2.0) & (x > 10) & (x < 100)
-        assert len(covering_polygons(wall, 1.5)) <= 3
-        assert slope in (0.0, 1.0) or len(covering_polygons(wall, 0.0)) > 20
-
-
 def test_a_map_is_placed_turned_and_read_by_its_values():
     cells = [[100, 0, -1], [65, 64, 0]]
     at = pose(1.0, 2.0, 0.5 * np.pi)
-    known = shapely.union_all([shapely.Polygon(p) for p in grid_polygons(grid(cells, 0.5, at), 65, False)])
-    assert known.symmetric_difference(shapely.box(0.0, 2.0, 1.0, 2.5)).area < 1e-12
-    every = shapely.union_all([shapely.Polygon(p) for p in grid_polygons(grid(cells, 0.5, at), 65, True)])
-    assert every.area == pytest.approx(0.75)
+    known = occupancy_grid(grid(cells, 0.5, at), 65, False)
+    assert known.origin == pytest.approx((1.0, 2.0, 0.5 * np.pi))
+    ((x, y),) = [one.trajectory.position(0.0) for one in known]
+    assert (x, y) == pytest.approx((0.5, 2.25))
+    assert occupancy_grid(grid(cells, 0.5, at), 65, True).cells.sum() == 3
 
 
 def drive(node: Node, steps: int, people: tuple[Message, ...] = ()) -> tuple[np.ndarray, list]:

@@ -25,6 +25,7 @@ from slalom import (
     Fleet,
     FollowVelocity,
     Goal,
+    KalmanError,
     LeastSpeed,
     Limits,
     LookAhead,
@@ -267,6 +268,14 @@ OF_CALIBRATION: dict[str, Callable[[Path], object]] = {
     r"confidence: expected a number between 0 and 1": lambda _: Calibration(1.0),
     r"leads: expected increasing prediction times, found \[1.0, 0.5\]": lambda _: Calibration(0.9, (1.0, 0.5)),
     r"radii: expected some of at least 0 m, found \[-1.0\]": lambda _: enclosing_error([1.0], [-1.0]),
+    r"ages: expected .*\(1,\), found .*\(2,\)": lambda _: [
+        calibration.calibrated((KalmanError(0.1, 0.1),), (0.0, 0.1))
+        for calibration in [Calibration(0.9, (0.5,))]
+        for t in (0.0, 0.5)
+        if calibration.observe(Tracks([(0.0, 0.0)], [(0.0, 0.0)], 0.3, t)) is None and t > 0.0
+    ],
+    "detection: position: expected": lambda _: Tracker().update(0.0, None, (np.nan, 0.0)),
+    r"calibration: expected a Calibration": lambda _: Tracker(calibration=0.95),
 }
 """Of calibrated radii."""
 

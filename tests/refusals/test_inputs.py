@@ -23,6 +23,7 @@ import pytest
 from cyclopts import CoercionError
 from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with
 from matplotlib.figure import Figure
+from nav2_maps import OF_GRIDS, OF_MAPS
 from pydantic_core import PydanticKnownError
 from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS
 from ros_messages import BAGS
@@ -1527,7 +1528,11 @@ OF_SEVERAL_CALLS: dict[str, list[Callable[[Path], object]]] = {
 CASES = [
     *(
         Case(error, message, call)
-        for error, table in ((InvalidInput, REFUSED | REFUSALS), (InvalidFile, FILES | BAGS), (MissingExtra, EXTRAS))
+        for error, table in (
+            (InvalidInput, REFUSED | REFUSALS | OF_GRIDS),
+            (InvalidFile, FILES | BAGS | OF_MAPS),
+            (MissingExtra, EXTRAS),
+        )
         for message, call in table.items()
     ),
     *(Case(InvalidInput, message, call) for message, calls in OF_SEVERAL_CALLS.items() for call in calls),

@@ -309,7 +309,14 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     "Fleet.manoeuvres": (manoeuvres, {"robots": (0, 1)}),
     "Tracker": (
         tracker,
-        {"shape": DISC, "filter": slalom.ConstantVelocityFilter(), "max_age": 1.0, "braking": 1.0},
+        {
+            "shape": DISC,
+            "filter": slalom.ConstantVelocityFilter(),
+            "max_age": 1.0,
+            "braking": 1.0,
+            "confirmation": 0.3,
+            "calibration": slalom.Calibration(),
+        },
     ),
     "Tracker.update": (
         tracked,
@@ -342,6 +349,21 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "worlds": None,
         },
     ),
+    "occupancy": (
+        lambda **given: ROBOT.decide(STATE, slalom.occupancy(**given), GOAL),
+        {
+            "grid": np.array([[0, 100, -1]]),
+            "resolution": 0.5,
+            "origin": (5.0, 0.0, 0.0),
+            "occupied": 65,
+            "unknown": True,
+        },
+    ),
+    "OccupancyTable.updated": (
+        slalom.occupancy(np.zeros((3, 3), np.int8), 0.5).updated,
+        {"part": [[100]], "row": 1, "column": 1},
+    ),
+    "OccupancyTable.at": (slalom.occupancy([[100]], 0.5).at, {"origin": (1.0, 2.0, 0.0)}),
     "ObstacleTable": (
         lambda obstacles: ROBOT.decide(STATE, slalom.ObstacleTable(obstacles), GOAL),
         {"obstacles": [ROCK]},
@@ -614,7 +636,7 @@ BY_CHECK = {
         Navigator.period, Navigator.horizon, Navigator.stuck_after, LookAhead.time_horizon,
         LookAhead.budget, Sight.field_of_view, AvoidingCrowd.period, AvoidingCrowd.horizon,
         AvoidingCrowd.reach, Reciprocity.horizon, Reciprocity.response, Reciprocity.memory, Fleet.period,
-        Fleet.horizon, Fleet.stuck_after, Tracker.max_age, ConstantVelocityFilter.position,
+        Fleet.horizon, Fleet.stuck_after, Tracker.max_age, Tracker.confirmation, ConstantVelocityFilter.position,
         ConstantVelocityFilter.velocity, ConstantVelocityFilter.first_velocity, ObstacleWindow.horizon,
         control_obstacle.horizon, ControlObstacle.boundary.radius, select_clearest.accuracy,
         admissible_ball.radius, Limits.max_speed, Limits.max_acceleration, Limits.admissible.horizon,

@@ -8,8 +8,12 @@ from typing import Final
 from slalom.base.errors import MissingExtra
 
 SIMULATOR: Final = ("h5py", "joblib", "pydantic", "ruamel.yaml")
-MODULES: Final[Mapping[str, tuple[str, ...]]] = {"sim": SIMULATOR, "view": (*SIMULATOR, "contourpy", "matplotlib")}
-"""Modules without which `slalom.sim` and `slalom.view` cannot be imported, by their extra."""
+MODULES: Final[Mapping[str, tuple[str, ...]]] = {
+    "sim": SIMULATOR,
+    "view": (*SIMULATOR, "contourpy", "matplotlib"),
+    "tracks": ("scipy",),
+}
+"""Modules without which `slalom.sim`, `slalom.view` and trackers without ids do not work, by their extra."""
 
 
 def first_missing(extra: str) -> str | None:

@@ -178,3 +178,9 @@ REST_ROUNDING: Final = 1e-9
 
 Larger: contacts that much before it are missed. Smaller: a segment that begins at rest counts as motion.
 """
+
+OCCUPIED: Final = 65
+"""[%] Least value of an occupied cell of an occupancy grid by default, as map servers use it.
+
+Larger: fewer cells are obstacles. Unknown cells (-1) are decided apart.
+"""

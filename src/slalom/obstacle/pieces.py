@@ -83,9 +83,12 @@ def minkowski_sum(obstacle: Obstacle, robot: Shape) -> MinkowskiSum:
     return result
 
 
-def sum_of_shapes(shape: Shape, robot: Shape) -> MinkowskiSum:
-    """Minkowski sum of a shape and the reflection of a robot's, neither of which turns; raises as `minkowski_sum`."""
-    result: MinkowskiSum = _minkowski_sum(shape, robot, 0.0)  # type: ignore[arg-type]  # shapes are values
+def sum_of_shapes(shape: Shape, robot: Shape, angle: float = 0.0) -> MinkowskiSum:
+    """Minkowski sum of a shape in a constant heading `angle` [rad] and the reflection of a robot that never turns.
+
+    Raises as `minkowski_sum`.
+    """
+    result: MinkowskiSum = _minkowski_sum(shape, robot, angle)  # type: ignore[arg-type]  # shapes are values
     return result
 
 

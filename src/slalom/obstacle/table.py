@@ -213,7 +213,7 @@ class ObstacleTable:
         Raises:
             InvalidInput: an obstacle with an uncertainty, or whose trajectory ended before the start.
         """
-        if not self.obstacles:
+        if not len(self):
             return no_bodies(robot.dimension, 0)
         bodies = self.stretch(robot, start, horizon)
         some = np.arange(len(bodies.each))

@@ -75,6 +75,8 @@ class Tracks:
         probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
 
+    What was given can be read: the attributes have the names of the arguments, `uncertainties` that of each.
+
     Raises:
         InvalidInput: arrays whose shapes do not fit, values that are not finite, a negative radius; ids or
             uncertainties of another number; a forecast that needs the past or the future; a probability out of range.
@@ -143,6 +145,21 @@ class Tracks:
     def has_futures(self) -> bool:
         """Whether some tracks are futures with a probability below 1."""
         return self.probabilities is not None
+
+    @property
+    def positions(self) -> Array:
+        """(n, d) [m] at `t`."""
+        return self.states[:, 0]
+
+    @property
+    def velocities(self) -> Array:
+        """(n, d) [m/s] at `t`."""
+        return self.states[:, 1]
+
+    @property
+    def accelerations(self) -> Array:
+        """(n, d) [m/s^2] at `t`."""
+        return self.states[:, 2]
 
     def __repr__(self) -> str:
         return f"<Tracks at {self.t:g} s, number: {len(self)}, dimension: {self.dimension}>"

@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 from itertools import combinations
 from typing import Final, NamedTuple
 
@@ -26,8 +26,9 @@ from slalom.base.checks import (
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
-from slalom.model.trajectory import Trajectory
+from slalom.kernels.arrays import Indices
 from slalom.model.uncertainty import BoundedError, Uncertainty
+from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks, told_apart
 
 CONFORMAL_ERRORS: Final = 1000
@@ -70,7 +71,8 @@ class _Prediction(NamedTuple):
 
     due: float  # [s] absolute time
     position: Array  # (d,) [m]
-    radius: float  # [m] promised
+    stated: float  # [m] radius of the uncertainty of the track
+    radius: float  # [m] promised beyond it
     weight: float  # [1] of its error, see `Calibration`
 
 
@@ -78,7 +80,7 @@ class _Prediction(NamedTuple):
 class _Lead:
     """Errors at one prediction time."""
 
-    residuals: deque[float]  # [m] the newest CONFORMAL_ERRORS
+    residuals: deque[float]  # [m] the newest CONFORMAL_ERRORS, beyond the stated radii
     weights: deque[float]  # [1] of these
     level: float  # share of the residuals that the radius holds, adapted
     held: int = 0
@@ -100,15 +102,19 @@ class Calibration:
     for the correction of the quantile for few errors. They also count for the level, which would oscillate otherwise:
     it changes with each error, and the effect is observed a prediction time later.
 
+    Tracks may state a radius themselves, by their uncertainty. Errors then count beyond it: a radius here is one to add
+    to the stated one, and below 0 if tracks state too much.
+
     Until there are enough errors for the quantile, the radius is the largest one, at least that of `prior`. While the
     weights are below CONFORMAL_FEW, it is also at least the radius of the prediction time before, extrapolated with the
-    square of the time. The forecast uses observed positions and velocities only, and an error is computed at its own
-    time: nothing uses the future.
+    square of the time. If tracks state a radius, which grows itself, it is extrapolated in proportion to the time. The
+    forecast uses observed positions and velocities only, and an error is computed at its own time: nothing uses the
+    future.
 
     Attributes:
         confidence: share of the errors, between 0 and 1.
         leads: [s] prediction times, increasing.
-        forecast: of the obstacles; it needs the present state only.
+        forecast: of the obstacles; it needs the present state only. None: that of the tracks.
         prior: of the errors before any is known.
         max_gap: [s] between two observations of a track; a position within a longer gap is not interpolated, and its
             error is not known.
@@ -116,13 +122,14 @@ class Calibration:
 
     confidence: Fraction = 0.9
     leads: Sequence[float] = (0.25, 0.5, 1.0, 2.0)
-    forecast: Forecast = field(default_factory=AtConstantVelocity)
+    forecast: Forecast | None = field(default_factory=AtConstantVelocity)
     prior: Uncertainty = field(default_factory=lambda: BoundedError(0.0, 0.2))
     max_gap: Positive = 1.0
     _leads: list[_Lead] = field(default_factory=list, init=False, repr=False)
     _last: dict[Hashable, tuple[float, Array]] = field(default_factory=dict, init=False, repr=False)
     _pending: dict[Hashable, list[deque[_Prediction]]] = field(default_factory=dict, init=False, repr=False)
     _dimension: int = field(default=2, init=False, repr=False)
+    _stated: bool = field(default=False, init=False, repr=False)  # whether tracks state radii themselves
     _now: float = field(default=-np.inf, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -151,11 +158,13 @@ class Calibration:
                 f"tracks.t: expected a time after {self._now:g} s, that of the last call; found {tracks.t:g}"
             )
         self._now, self._dimension = tracks.t, tracks.dimension
+        self._stated = any(uncertainty is not None for uncertainty in tracks.uncertainties)
         for id, state in zip(tracks.ids, tracks.states, strict=True):
             self._judge(id, tracks.t, state[0])
         radii = self.radii()
-        for id, motion in zip(tracks.ids, tracks.with_forecast(self.forecast).obstacles, strict=True):
-            self._predict(id, tracks.t, motion.trajectory, radii)
+        predicted = tracks if self.forecast is None else tracks.with_forecast(self.forecast)
+        for id, motion in zip(tracks.ids, predicted.obstacles, strict=True):
+            self._predict(id, tracks.t, motion, radii)
         self._last = {id: (tracks.t, state[0]) for id, state in zip(tracks.ids, tracks.states, strict=True)}
         self._pending = {id: self._pending[id] for id in tracks.ids}
 
@@ -167,7 +176,7 @@ class Calibration:
         for lead, h in zip(self._leads, self.leads, strict=True):
             known, enough = _quantile(lead)
             if not enough and sum(lead.weights) < CONFORMAL_FEW:
-                known = max(known, before * (h / earlier) ** 2)
+                known = max(known, before * (h / earlier) ** (1 if self._stated else 2))
             found.append(known if enough else max(known, float(self.prior.radius(h, self._dimension))))
             before, earlier = known, h
         return np.array(found)
@@ -175,7 +184,23 @@ class Calibration:
     @property
     def error(self) -> BoundedError:
         """The least bound of the form position + velocity t + acceleration t^2 / 2 that holds all radii."""
-        return enclosing_error(self.leads, self.radii())
+        return enclosing_error(self.leads, np.maximum(self.radii(), 0.0))
+
+    def calibrated(self, stated: Sequence[Uncertainty], ages: npt.ArrayLike) -> tuple[Uncertainty, ...]:
+        """The uncertainties (n,) of tracks that state others: the least bounds of the form of `error`.
+
+        Each holds the calibrated radius now and at every prediction time. The calibrated radii are those of predictions
+        from a measurement; `ages` (n,) [s] are the times since then, and radii between the prediction times, and after
+        the last one, are those on the straight line. Before an error is known the uncertainties are the stated ones.
+        """
+        if not stated or not any(lead.judged for lead in self._leads):
+            return tuple(stated)
+        known, extra = np.array((0.0, *self.leads)), np.array((0.0, *self.radii()))
+        since = known + array_of(ages, "ages", (len(stated),))[:, None]
+        radii = np.stack([one.radius(known, self._dimension) for one in stated])
+        slope = (extra[-1] - extra[-2]) / (known[-1] - known[-2])
+        radii += np.interp(since, known, extra) + slope * np.maximum(since - known[-1], 0.0)
+        return enclosing_errors(known, np.maximum(radii, 0.0))
 
     @property
     def coverage(self) -> tuple[Coverage, ...]:
@@ -197,7 +222,7 @@ class Calibration:
                 if t - before > self.max_gap or prediction.due < before:
                     continue
                 there = place + (prediction.due - before) / (t - before) * (position - place)
-                residual = float(np.linalg.norm(there - prediction.position))
+                residual = float(np.linalg.norm(there - prediction.position)) - prediction.stated
                 held = residual <= prediction.radius
                 lead.residuals.append(residual)
                 lead.weights.append(prediction.weight)
@@ -205,22 +230,27 @@ class Calibration:
                 lead.level += CONFORMAL_RATE * prediction.weight * (self.confidence - held)
                 lead.level = min(max(lead.level, 0.0), 1.0)
 
-    def _predict(self, id: Hashable, t: float, motion: Trajectory, radii: Array) -> None:
+    def _predict(self, id: Hashable, t: float, motion: Obstacle, radii: Array) -> None:
         """Predict the positions of a track at all prediction times from now."""
         since = t - self._last[id][0] if id in self._last else np.inf
-        for waiting, h, radius, place in zip(
-            self._pending[id], self.leads, radii.tolist(), motion.position(t + np.array(self.leads)), strict=True
+        leads = np.array(self.leads)
+        places = motion.trajectory.position(t + leads)
+        stated = (
+            np.zeros(len(leads)) if motion.uncertainty is None else motion.uncertainty.radius(leads, motion.dimension)
+        )
+        for waiting, h, place, known, radius in zip(
+            self._pending[id], self.leads, places, stated.tolist(), radii.tolist(), strict=True
         ):
-            waiting.append(_Prediction(t + h, place, radius, min(1.0, since / h)))
+            waiting.append(_Prediction(t + h, place, known, radius, min(1.0, since / h)))
 
 
 def _quantile(lead: _Lead) -> tuple[float, bool]:
     """The conformal quantile [m] of the errors and True; the largest of them and False where there are too few."""
     n, count = len(lead.residuals), sum(lead.weights)
-    rank = np.ceil((count + 1.0) * lead.level - WHOLE_COUNT)
-    if rank > count or not n:
+    rank = (count + 1.0) * lead.level
+    if rank > count + WHOLE_COUNT or not n:
         return max(lead.residuals, default=0.0), False
-    k = max(int(np.ceil(rank / count * n - WHOLE_COUNT)), 1) - 1
+    k = min(max(int(np.ceil(rank / count * n - WHOLE_COUNT)), 1), n) - 1
     return float(np.partition(np.array(lead.residuals), k)[k]), True
 
 
@@ -236,13 +266,28 @@ def enclosing_error(times: Iterable[float], radii: npt.ArrayLike) -> BoundedErro
     bound = array_of(radii, "radii", t.shape)
     if not len(t) or bound.min() < 0.0:
         raise InvalidInput(f"radii: expected some of at least 0 m, found {bound.tolist()}")
-    powers = np.stack([np.ones_like(t), t, 0.5 * t * t], axis=1)
-    sides, least = np.concatenate([powers, np.eye(3)]), np.concatenate([bound, np.zeros(3)])
+    return enclosing_errors(t, bound[None])[0]
+
+
+@lru_cache(maxsize=16)
+def _programme(times: tuple[float, ...]) -> tuple[Array, Indices]:
+    """The sides (k + 3, 3) of the linear programme at k times [s], and the three of each of its corners (n, 3)."""
+    t = np.array(times)
+    sides = np.concatenate([np.stack([np.ones_like(t), t, 0.5 * t * t], axis=1), np.eye(3)])
     chosen = np.array(list(combinations(range(len(sides)), 3)))
-    regular = np.abs(np.linalg.det(sides[chosen])) > 0.0
-    corners = np.linalg.solve(sides[chosen[regular]], least[chosen[regular]][..., None])[..., 0]
-    slack = FIT_SLACK * (1.0 + bound.max())
-    inside = (corners @ sides.T >= least - slack).all(axis=1)
-    best = corners[inside][np.argmin(corners[inside] @ powers.sum(axis=0))]
+    return sides, chosen[np.abs(np.linalg.det(sides[chosen])) > 0.0]
+
+
+def enclosing_errors(t: Array, radii: Array) -> tuple[BoundedError, ...]:
+    """The bounds (n,) of `enclosing_error` for `radii` (n, k) [m] >= 0 at times `t` (k,) [s]."""
+    sides, chosen = _programme(tuple(t.tolist()))
+    least = np.concatenate([radii, np.zeros((len(radii), 3))], axis=1)
+    corners = np.linalg.solve(sides[chosen], least[:, chosen, None])[..., 0]
+    slack = FIT_SLACK * (1.0 + radii.max(axis=1, initial=0.0))
+    inside = (corners @ sides.T >= (least - slack[:, None])[:, None]).all(axis=2)
+    total = np.where(inside, corners @ sides[:-3].sum(axis=0), np.inf)
+    best = corners[np.arange(len(radii)), np.argmin(total, axis=1)]
     # Rounding may leave a number below 0 or a radius that is not reached, by less than the slack.
-    return BoundedError(max(float(best[0]), 0.0) + slack, *(max(float(x), 0.0) for x in best[1:]))
+    best = np.maximum(best, 0.0)
+    best[:, 0] += slack
+    return tuple(BoundedError(*numbers) for numbers in best.tolist())

@@ -1,9 +1,10 @@
-"""Tracks of moving obstacles from measurements that are late, rare, repeated or missing."""
+"""Tracks of moving obstacles from measurements that are late, rare, repeated, missing or wrong."""
 
-from bisect import bisect_right
-from collections.abc import Hashable
+from bisect import bisect_left, bisect_right, insort
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field
-from math import sqrt
+from itertools import chain, count
+from math import hypot, sqrt
 from typing import Annotated, Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -25,12 +26,15 @@ from slalom.base.checks import (
     vector,
 )
 from slalom.base.errors import InvalidInput
+from slalom.base.extras import require
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.shape import Disc, Shape, is_round
 from slalom.model.trajectory import ConstantAcceleration
-from slalom.model.uncertainty import KalmanError, Uncertainty
+from slalom.model.uncertainty import BoundedError, KalmanError, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
+from slalom.perception.association import GATE, OTHER_ID, least_sum, nearest_first
+from slalom.perception.conformal import Calibration
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Filters: estimates of an obstacle's motion, with their uncertainty, from measurements that are not exact.
@@ -74,6 +78,9 @@ class Filter(Protocol):
 
     def correct(self, belief: Any, seen: Measurement) -> Any:
         """The belief after a measurement at its time."""
+
+    def distance(self, belief: Any, seen: Measurement) -> float:
+        """Distance [1] of a measured position from the belief at its time, in standard deviations of both."""
 
     def estimate(self, belief: Any) -> Estimate:
         """The estimate as position, velocity and uncertainty."""
@@ -145,6 +152,12 @@ class ConstantVelocityFilter:
         corrected = keep @ covariance @ keep.T + gain @ noise @ gain.T
         return Gaussian(belief.mean + gain @ (values - belief.mean[:m]), 0.5 * (corrected + corrected.T))
 
+    def distance(self, belief: Gaussian, seen: Measurement) -> float:
+        _, noise = self._measured(seen)
+        d = seen.position.size
+        error = seen.position - belief.mean[:d]
+        return sqrt(max(float(error @ np.linalg.solve(belief.covariance[:d, :d] + noise[:d, :d], error)), 0.0))
+
     def estimate(self, belief: Gaussian) -> Estimate:
         d = belief.mean.size // 2
         of_place = belief.covariance[:d, :d]
@@ -169,7 +182,7 @@ class ConstantVelocityFilter:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Tracks of moving obstacles from measurements that are late, rare, repeated or missing.
+# Tracks of moving obstacles from measurements that are late, rare, repeated, missing or wrong.
 
 
 SYMMETRY: Final = 1e-9
@@ -178,16 +191,53 @@ SYMMETRY: Final = 1e-9
 Larger: matrices that are no covariances are taken. Smaller: rounding of the sender is refused.
 """
 
+CALIBRATED_EVERY: Final = 0.1
+"""[s] Least time between two observations that calibrate the radii.
 
-class _Step(NamedTuple):
-    """A measurement of one obstacle, and the estimate after it."""
+Larger: fewer errors are known, later. Smaller: the same errors cost more time.
+"""
 
-    key: tuple[float, ...]  # time, then the numbers: the order does not depend on that of arrival
-    seen: Measurement
-    given: tuple[Shape | None, float | None]  # shape and heading as they came with the measurement
-    belief: Any
+
+class _Seen(NamedTuple):
+    """A measurement as it came."""
+
+    id: Hashable  # None: not known
+    of: Measurement
+    shape: Shape | None
+    heading: float | None
+    key: tuple[str, list[float], list[float]]  # id and numbers: the order at one time does not depend on the arrival
+
+
+class _Track(NamedTuple):
+    """An obstacle after its last measurement."""
+
+    name: Hashable
+    id: Hashable  # of the last measurement with one
+    t: float  # [s] of the last measurement
+    belief: Any  # at that time
     shape: Shape
     heading: float | None
+    confirmed: bool  # whether a second measurement was inside its gate
+
+
+class _State(NamedTuple):
+    """All tracks at one time."""
+
+    tracks: tuple[_Track, ...]
+    unnamed: int  # tracks that began without an id so far
+
+
+@dataclass
+class _Scan:
+    """All measurements of one time, and the tracks after them."""
+
+    t: float
+    seen: list[_Seen]  # by their keys
+    after: _State
+
+
+NOTHING: Final = _State((), 0)
+"""No tracks."""
 
 
 def _checked_braking(braking: float | None, name: str) -> float | None:
@@ -195,16 +245,35 @@ def _checked_braking(braking: float | None, name: str) -> float | None:
     return None if braking is None else not_negative(braking, name)
 
 
+def _own_calibration() -> Calibration:
+    """The calibration of a tracker: the radii of its filter, until errors are known."""
+    return Calibration(0.95, forecast=None, prior=BoundedError())
+
+
 @dataclass(eq=False)
 class Tracker:
-    """Obstacles followed by their ids, for decisions in a loop.
+    """Obstacles followed from measurements, for decisions in a loop.
 
     Measurements may come in any order and at any rate. A late one is inserted at its time, and later ones are applied
     again. The result is the same to the bit for every order of arrival.
 
+    One rule says which track a measurement belongs to. It belongs to the nearest one that its gate admits, counted in
+    standard deviations, where another id counts as OTHER_ID more; a measurement of no track begins one. So tracks
+    follow obstacles with exchanged, new or missing ids, and a position that jumps gives no velocity.
+
+    One rule says what is there. An obstacle counts from its first measurement on, and is left out after
+    `confirmation` seconds until a second measurement is near it.
+
     One rule bounds the age. An obstacle without a measurement in the last `max_age` seconds is dropped. A measurement
     more than `max_age` before the last call of `at` is not used. Of an obstacle that comes back after a longer gap the
     estimate begins anew. Measurements later than the time of a call of `at` are kept for later calls.
+
+    One rule gives the radii. They are those of the filter until errors of its predictions are known, then those that
+    held the share `calibration.confidence` of the errors so far. Errors are known when measurements are too old to
+    change, so that radii do not depend on the order of arrival.
+
+    A track has the id of its first measurement as its name, with a number if another track has that name. Without
+    an id the names are "track 1" and so on.
 
     It is not safe to call a tracker from several threads at once.
 
@@ -214,18 +283,28 @@ class Tracker:
         max_age: [s].
         braking: [m/s^2] deceleration up to which round obstacles ahead of a robot may brake, see `Tracks`. None: as
             hard as the robot; 0: they keep to the prediction, as others than round ones and those in space do.
+        confirmation: [s] for which an obstacle counts after a measurement that no second one confirms. Larger: a robot
+            brakes longer for a false detection. Smaller: an obstacle that is measured more rarely counts late.
+        calibration: of the radii; None: those of the filter.
     """
 
     shape: Shape = field(default_factory=lambda: Disc(0.3))
     filter: Filter = field(default_factory=ConstantVelocityFilter)
     max_age: Positive = 1.0
     braking: Annotated[float | None, _checked_braking] = None
-    _steps: dict[Hashable, list[_Step]] = field(default_factory=dict, init=False, repr=False)
+    confirmation: Positive = 0.3
+    calibration: Calibration | None = field(default_factory=_own_calibration)
+    _scans: list[_Scan] = field(default_factory=list, init=False, repr=False)
+    _known: int = field(default=0, init=False, repr=False)  # scans whose tracks are up to date
+    _before: _State = field(default=NOTHING, init=False, repr=False)  # tracks before the first scan
+    _judged: float = field(default=-np.inf, init=False, repr=False)  # time of the last observation of `calibration`
     _now: float = field(default=-np.inf, init=False, repr=False)
 
     def __post_init__(self) -> None:
         has(self.shape, *SHAPE, "shape")
-        has(self.filter, ("begin", "predict", "correct", "estimate"), "a filter", "filter")
+        has(self.filter, ("begin", "predict", "correct", "distance", "estimate"), "a filter", "filter")
+        if self.calibration is not None:
+            has(self.calibration, ("observe", "calibrated"), "a Calibration", "calibration")
         check_fields(self)
 
     def update(
@@ -241,6 +320,7 @@ class Tracker:
         """Whether a measurement of obstacle `id` at `t` [s] is used: not if it is too old, or came before.
 
         Args:
+            id: None: not known; scipy, of the extra `tracks`, then finds the track.
             position: (d,) [m]. velocity: (d,) [m/s]; None: not measured.
             covariance: of the position (d, d), or of position and velocity (2 d, 2 d); None: that of the filter.
             shape: None: the last one of this obstacle.
@@ -249,17 +329,22 @@ class Tracker:
 
         Raises:
             InvalidInput: values that are not finite, a position or shape of another dimension, no covariance.
+            MissingExtra: no id, and no scipy.
         """
-        seen, given = self._checked(t, id, position, velocity, covariance, shape, heading)
-        key = (seen.t, *seen.position.tolist(), *([] if seen.velocity is None else seen.velocity.tolist()))
-        steps = self._steps.setdefault(id, [])
-        k = bisect_right(steps, key, key=lambda step: step.key)
-        too_old, again = seen.t < self._now - self.max_age, k > 0 and steps[k - 1].key == key
-        if not (too_old or again):
-            steps[k:] = self._replayed(steps[:k], [(key, seen, given), *((s.key, s.seen, s.given) for s in steps[k:])])
-        if not steps:
-            del self._steps[id]
-        return not (too_old or again)
+        seen = self._checked(t, id, position, velocity, covariance, shape, heading)
+        if id is None:
+            require("tracks", "Tracker.update: a measurement without an id")
+        if seen.of.t < self._now - self.max_age:
+            return False
+        k = bisect_left(self._scans, seen.of.t, key=lambda scan: scan.t)
+        if k == len(self._scans) or self._scans[k].t != seen.of.t:
+            self._scans.insert(k, _Scan(seen.of.t, [], NOTHING))
+        together = self._scans[k].seen
+        if any(other.key == seen.key for other in together):
+            return False
+        insort(together, seen, key=lambda one: one.key)
+        self._known = min(self._known, k)
+        return True
 
     def at(self, now: float) -> tuple[Tracks | Obstacle, ...]:
         """The obstacles as they are predicted at `now` [s], for the next decision.
@@ -271,73 +356,89 @@ class Tracker:
             InvalidInput: a time before that of the last call.
         """
         self._now = now = not_before(now, self._now, "now", "a call")
-        found: list[tuple[Hashable, _Step, Estimate]] = []
-        for id in list(self._steps):
-            known = self._known(id)
-            if known is not None:
-                belief = self.filter.predict(known.belief, now - known.seen.t)
-                found.append((id, known, self.filter.estimate(belief)))
-        round_ones = [one for one in found if one[1].heading is None or is_round(one[1].shape)]
-        others = [self._obstacle(id, step, estimate) for id, step, estimate in found if _turned(step)]
-        return (*self._tracks(round_ones), *others)
+        self._replay()
+        self._forget()
+        until_now = bisect_right(self._scans, now, key=lambda scan: scan.t)
+        state = self._scans[until_now - 1].after if until_now else self._before
+        oldest, unconfirmed = now - self.max_age, now - min(self.confirmation, self.max_age)
+        there = [track for track in state.tracks if track.t >= (oldest if track.confirmed else unconfirmed)]
+        found = self._estimates(there, now)
+        round_ones = [one for one in found if not _turned(one[0])]
+        others = [self._obstacle(track, estimate) for track, estimate in found if _turned(track)]
+        return (*self._tracks(round_ones, now, self.calibration), *others)
 
     @property
     def ids(self) -> tuple[Hashable, ...]:
-        """The obstacles that are followed."""
-        return tuple(self._steps)
+        """The names of the obstacles that are followed."""
+        self._replay()
+        state = self._scans[-1].after if self._scans else self._before
+        return tuple(track.name for track in state.tracks if track.t >= self._now - self.max_age)
 
-    def _known(self, id: Hashable) -> _Step | None:
-        """The last step of an obstacle up to now; older steps are dropped. None for one that is not there."""
-        steps, oldest = self._steps[id], self._now - self.max_age
-        # One step from before is kept as the start of a replay.
-        steps[: max(sum(step.seen.t < oldest for step in steps) - 1, 0)] = []
-        if steps[-1].seen.t < oldest:
-            del self._steps[id]
-            return None
-        until_now = [step for step in steps if step.seen.t <= self._now]
-        return until_now[-1] if until_now and until_now[-1].seen.t >= oldest else None
+    def _replay(self) -> None:
+        """Apply the measurements of all scans from the first one that changed."""
+        before = self._scans[self._known - 1].after if self._known else self._before
+        for scan in self._scans[self._known :]:
+            before = scan.after = _after(self, before, scan)
+        self._known = len(self._scans)
 
-    def _replayed(
-        self,
-        before: list[_Step],
-        coming: list[tuple[tuple[float, ...], Measurement, tuple[Shape | None, float | None]]],
-    ) -> list[_Step]:
-        """The steps of `coming` measurements after those `before`."""
-        last, made = before[-1] if before else None, []
-        for key, seen, given in coming:
-            if last is None or seen.t - last.seen.t > self.max_age:
-                belief = self.filter.begin(seen)
-            else:
-                belief = self.filter.correct(self.filter.predict(last.belief, seen.t - last.seen.t), seen)
-            shape = given[0] or (self.shape if last is None else last.shape)
-            heading = given[1] if given[1] is not None or last is None else last.heading
-            last = _Step(key, seen, given, belief, shape, heading)
-            made.append(last)
-        return made
+    def _forget(self) -> None:
+        """Drop scans that no measurement may change any more, after the calibration has observed their tracks."""
+        oldest = self._now - self.max_age
+        count = bisect_left(self._scans, oldest, key=lambda scan: scan.t)
+        for scan in self._scans[:count]:
+            self._observe(scan)
+        if count:
+            # Tracks from before are kept as the start of a replay.
+            last = self._scans[count - 1].after
+            self._before = last
+        self._before = _State(
+            tuple(track for track in self._before.tracks if track.t >= oldest - self.max_age), self._before.unnamed
+        )
+        del self._scans[:count]
+        self._known -= count
 
-    def _tracks(self, found: list[tuple[Hashable, _Step, Estimate]]) -> list[Tracks]:
+    def _observe(self, scan: _Scan) -> None:
+        """Let the calibration observe the tracks after a scan."""
+        if self.calibration is None or scan.t < self._judged + CALIBRATED_EVERY:
+            return
+        self._judged = scan.t
+        there = [one for one in scan.after.tracks if one.confirmed]
+        for tracks in self._tracks(self._estimates(there, scan.t), scan.t, None):
+            self.calibration.observe(tracks)
+
+    def _estimates(self, tracks: list[_Track], t: float) -> list[tuple[_Track, Estimate]]:
+        """Each track with its estimate at a time."""
+        return [(one, self.filter.estimate(self.filter.predict(one.belief, t - one.t))) for one in tracks]
+
+    def _tracks(self, found: list[tuple[_Track, Estimate]], t: float, calibration: Calibration | None) -> list[Tracks]:
+        """The estimates at a time as one Tracks, with calibrated radii; nothing if there are none."""
         if not found:
             return []
-        states = np.stack([estimate.state for _, _, estimate in found])
+        states = np.stack([estimate.state for _, estimate in found])
+        stated = tuple(estimate.uncertainty for _, estimate in found)
+        ages = np.array([t - track.t for track, _ in found])
         return [
             Tracks(
                 states[:, 0],
                 states[:, 1],
-                np.array([step.shape.bounding_radius for _, step, _ in found]),
-                self._now,
+                np.array([track.shape.bounding_radius for track, _ in found]),
+                t,
                 accelerations=states[:, 2],
-                ids=tuple(id for id, _, _ in found),
+                ids=tuple(track.name for track, _ in found),
                 forecast=self.filter.forecast,
-                uncertainty=tuple(estimate.uncertainty for _, _, estimate in found),
+                uncertainty=stated if calibration is None else calibration.calibrated(stated, ages),
                 braking=self.braking,
             )
         ]
 
-    def _obstacle(self, id: Hashable, step: _Step, estimate: Estimate) -> Obstacle:
-        assert step.heading is not None
+    def _obstacle(self, track: _Track, estimate: Estimate) -> Obstacle:
+        assert track.heading is not None
         position, velocity, acceleration = estimate.state
         motion = self.filter.forecast(ConstantAcceleration(position, velocity, acceleration, self._now), self._now)
-        return Obstacle(step.shape, motion, str(id), step.heading, estimate.uncertainty)
+        stated = (estimate.uncertainty,)
+        ages = (self._now - track.t,)
+        (radius,) = stated if self.calibration is None else self.calibration.calibrated(stated, ages)
+        return Obstacle(track.shape, motion, str(track.name), track.heading, radius)
 
     def _checked(
         self,
@@ -348,22 +449,22 @@ class Tracker:
         covariance: npt.ArrayLike | None,
         shape: Shape | None,
         heading: float | None,
-    ) -> tuple[Measurement, tuple[Shape | None, float | None]]:
-        """A measurement, and the shape and heading that came with it. Raises InvalidInput."""
+    ) -> _Seen:
+        """A measurement as it came. Raises InvalidInput."""
         try:
             hash(id)
         except TypeError:
             raise InvalidInput(f"id: expected a hashable name, found {shown(id)}") from None
-        prefix = f"obstacle {id!r}: "
+        prefix = "detection: " if id is None else f"obstacle {id!r}: "
         place = vector(position, f"{prefix}position")
         d = place.size
-        followed = next((steps[-1].seen.position.size for steps in self._steps.values()), d)
+        followed = self._scans[0].seen[0].of.position.size if self._scans else self._dimension_before(d)
         if d != followed:
             raise InvalidInput(f"{prefix}position: expected dimension {followed} as of the others, found {d}")
         measured_velocity = None if velocity is None else vector(velocity, f"{prefix}velocity", d)
         if shape is not None:
             has(shape, *SHAPE, f"{prefix}shape")
-        own = shape or self._last_shape(id)
+        own = shape or self._last_shape(id, d)
         if own.dimension != d:
             raise InvalidInput(
                 f"{prefix}shape: expected one of dimension {d} as of the position, found {own.dimension}"
@@ -371,14 +472,137 @@ class Tracker:
         if heading is not None and (number(heading, f"{prefix}heading"), d)[1] == 3:
             raise InvalidInput(f"{prefix}heading: expected none in space, found {heading:g}")
         spread = None if covariance is None else _covariance(covariance, prefix, d, measured_velocity is not None)
-        return Measurement(number(t, f"{prefix}t"), place, measured_velocity, spread), (shape, heading)
+        key = repr(id), place.tolist(), [] if measured_velocity is None else measured_velocity.tolist()
+        return _Seen(id, Measurement(number(t, f"{prefix}t"), place, measured_velocity, spread), shape, heading, key)
 
-    def _last_shape(self, id: Hashable) -> Shape:
-        return self._steps[id][-1].shape if id in self._steps else self.shape
+    def _dimension_before(self, otherwise: int) -> int:
+        """The dimension of the tracks before the first scan that may go on; `otherwise` without any."""
+        there = (one.shape.dimension for one in self._before.tracks if one.t >= self._now - self.max_age)
+        return next(there, otherwise)
+
+    def _last_shape(self, id: Hashable, d: int) -> Shape:
+        """The shape of the tracker, or one that this obstacle came with, if only that has dimension `d`."""
+        came = (seen.shape for scan in self._scans for seen in scan.seen if seen.id == id and seen.shape is not None)
+        kept = (track.shape for track in self._before.tracks if track.id == id)
+        return self.shape if self.shape.dimension == d else next(chain(came, kept), self.shape)
 
 
-def _turned(step: _Step) -> bool:
-    return step.heading is not None and not is_round(step.shape)
+class _Joining:
+    """The tracks of a tracker while the measurements of one time are joined to them."""
+
+    def __init__(self, tracker: Tracker, before: _State, t: float) -> None:
+        self.tracker, self.t = tracker, t
+        self.unnamed = before.unnamed
+        self.tracks = [track for track in before.tracks if t - track.t <= tracker.max_age]
+        self.dropped = set[int]()
+        self.taken = set[int]()
+        self._ahead: dict[int, Any] = {}
+
+    def predicted(self, k: int) -> Any:
+        """The belief of a track now."""
+        if k not in self._ahead:
+            self._ahead[k] = self.tracker.filter.predict(self.tracks[k].belief, self.t - self.tracks[k].t)
+        return self._ahead[k]
+
+    def distance(self, seen: _Seen, k: int) -> float:
+        """Distance [1] of a measurement from a track."""
+        return self.tracker.filter.distance(self.predicted(k), seen.of)
+
+    def of_id(self, id: Hashable) -> list[int]:
+        """The tracks that had an id last; none of an unknown id."""
+        return [k for k, one in enumerate(self.tracks) if id is not None and one.id == id and k not in self.dropped]
+
+    def join(self, seen: _Seen, k: int, distance: float) -> None:
+        """Correct a track by a measurement; the second one inside its gate confirms it in place of others of its id."""
+        track = self.tracks[k]
+        near = distance <= GATE
+        if near and not track.confirmed:
+            self.dropped |= set(self.of_id(track.id)) - {k}
+        self._ahead[k] = belief = self.tracker.filter.correct(self.predicted(k), seen.of)
+        self.tracks[k] = track._replace(
+            id=track.id if seen.id is None else seen.id,
+            t=self.t,
+            belief=belief,
+            shape=seen.shape or track.shape,
+            heading=track.heading if seen.heading is None else seen.heading,
+            confirmed=track.confirmed or near,
+        )
+        self.taken.add(k)
+
+    def begin(self, seen: _Seen) -> None:
+        """Begin a track, in place of one of its id that is not confirmed."""
+        own = self.of_id(seen.id)
+        self.dropped |= {k for k in own if not self.tracks[k].confirmed}
+        known = [self.tracks[k].shape for k in own]
+        names = {str(one.name) for one in self.tracks}
+        name = seen.id
+        if name is None:
+            self.unnamed += 1
+            name = f"track {self.unnamed}"
+        if str(name) in names:
+            name = next(text for n in count(2) if (text := f"{seen.id} ({n})") not in names)
+        shape, belief = seen.shape or next(iter(known), self.tracker.shape), self.tracker.filter.begin(seen.of)
+        self.tracks.append(_Track(name, seen.id, self.t, belief, shape, seen.heading, False))
+
+    def state(self) -> _State:
+        """The tracks that are there afterwards."""
+        return _State(tuple(one for k, one in enumerate(self.tracks) if k not in self.dropped), self.unnamed)
+
+
+def _after(tracker: Tracker, before: _State, scan: _Scan) -> _State:
+    """The tracks after the measurements of one time."""
+    here = _Joining(tracker, before, scan.t)
+    # The pair of a track and its own id within OTHER_ID is the nearest of all pairs with either.
+    waiting = [seen for seen in scan.seen if not _joined_by_id(here, seen)]
+    pairs = [(cost, i, k) for i, seen in enumerate(waiting) if seen.id is not None for k, cost in _costs(here, seen)]
+    found = nearest_first(pairs)
+    unknown = [i for i, seen in enumerate(waiting) if seen.id is None]
+    free = [k for k in range(len(here.tracks)) if k not in here.taken | here.dropped | set(found.values())]
+    if unknown and free:
+        apart = np.array([[here.distance(waiting[i], k) for k in free] for i in unknown])
+        found |= {unknown[row]: free[column] for row, column in least_sum(apart).items()}
+    old = len(here.tracks)
+    for i, k in found.items():
+        here.join(waiting[i], k, here.distance(waiting[i], k))
+    for i, seen in enumerate(waiting):
+        if i not in found:
+            # Another sensor may have measured the same obstacle at the same time.
+            begun = [k for k in here.of_id(seen.id) if k >= old]
+            if begun:
+                here.join(seen, begun[0], here.distance(seen, begun[0]))
+            else:
+                here.begin(seen)
+    return here.state()
+
+
+def _joined_by_id(here: _Joining, seen: _Seen) -> bool:
+    """Join a measurement to the track of its id, if it is near; also from afar to the only one if it is not confirmed.
+
+    Whether the first step of an obstacle is a jump or its motion is not known before its velocity is.
+    """
+    own = here.of_id(seen.id)
+    if not own:
+        return False
+    distance, k = min((here.distance(seen, k), k) for k in own)
+    if distance > OTHER_ID and (len(own) > 1 or here.tracks[k].confirmed):
+        return False
+    here.join(seen, k, distance)
+    return True
+
+
+def _costs(here: _Joining, seen: _Seen) -> Iterator[tuple[int, float]]:
+    """Tracks that a measurement with an id may belong to, each with its distance [1], where another id counts too."""
+    own = here.of_id(seen.id)
+    for k, track in enumerate(here.tracks):
+        if k in here.dropped or not (k in own or (track.confirmed and k not in here.taken)):
+            continue
+        distance = here.distance(seen, k)
+        if distance <= GATE:
+            yield k, distance if k in own else hypot(distance, OTHER_ID)
+
+
+def _turned(track: _Track) -> bool:
+    return track.heading is not None and not is_round(track.shape)
 
 
 def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) -> Array:

@@ -6,11 +6,11 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.adapters.ros import OCCUPIED
 from slalom.adapters.ros.messages import SECOND, Frames, Odometry, Placed, Placement, odometry, seconds, xyz
-from slalom.adapters.ros.tracked import grid_polygons, markers, objects, obstacles, walls
+from slalom.adapters.ros.tracked import markers, objects, obstacles, occupancy_grid, placed_in
 from slalom.base.checks import GOAL, Array, has, text
 from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import OCCUPIED
 from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import FollowVelocity
@@ -18,7 +18,7 @@ from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
-from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.occupancy import OccupancyTable
 from slalom.perception.tracker import Tracker
 from slalom.vehicle.navigator import VehicleDecision, VehicleNavigator
 
@@ -105,7 +105,7 @@ class Node:
     unused: int = field(default=0, init=False)
     arrived: bool = field(default=False, init=False)
     _goal: "Placed[Goal] | None" = field(default=None, init=False, repr=False)
-    _map: "Placed[ObstacleTable] | None" = field(default=None, init=False, repr=False)
+    _map: "Placed[OccupancyTable] | None" = field(default=None, init=False, repr=False)
     _grid: tuple[Any, ...] | None = field(default=None, init=False, repr=False)
     _first: int | None = field(default=None, init=False, repr=False)
     _last: Command | None = field(default=None, init=False, repr=False)
@@ -159,13 +159,13 @@ class Node:
         return seconds(stamp - self._first)
 
     def _take_map(self, message: Any) -> None:
-        """Make polygons of a map; one that is published again unchanged costs nothing."""
+        """Make obstacles of a map; one that is published again unchanged costs nothing."""
         info, cells = message.info, np.asarray(message.data, dtype=np.int8)
         at = (*xyz(info.origin.position, "grid.info.origin.position"), repr(info.origin.orientation))
         key = (cells.tobytes(), info.width, info.height, info.resolution, at)
         if key != self._grid:
-            polygons = grid_polygons(message, self.occupied, self.unknown)
-            self._grid, self._map = key, Placed(message.header.frame_id, lambda place: walls(polygons, place))
+            known = occupancy_grid(message, self.occupied, self.unknown)
+            self._grid, self._map = key, Placed(message.header.frame_id, lambda place: placed_in(known, place))
 
     def _take_goal(self, message: Any) -> None:
         """The goal of a pose or a path."""
@@ -207,7 +207,7 @@ class Node:
         return goal.stop and goal.reached(seen.position, seen.velocity, now)
 
     @property
-    def map(self) -> list[ObstacleTable]:
+    def map(self) -> list[OccupancyTable]:
         """The map as obstacles in the fixed frame; none before a map came, or of an empty one."""
         found = [] if self._map is None else [self._map.at(self.frames, "grid")]
         return [table for table in found if len(table)]

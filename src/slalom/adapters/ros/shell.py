@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
-from slalom.adapters.ros import OCCUPIED
 from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import OCCUPIED
 
 if TYPE_CHECKING:
     from slalom.adapters.ros.node import Node

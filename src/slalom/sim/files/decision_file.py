@@ -17,6 +17,7 @@ from slalom.decision.navigator import Navigator
 from slalom.decision.settings import Risk, Settings
 from slalom.io.recorded import first_of
 from slalom.io.table import text_of
+from slalom.io.yaml_nodes import MAX_MISTAKES, compose
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path import Path as CubicPath
@@ -42,7 +43,7 @@ from slalom.sim.files.parts import (
     model_of_settings,
 )
 from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, HeadingModel, known_method
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, in_order, messages
+from slalom.sim.files.yaml_errors import in_order, messages
 from slalom.sim.scenario import unfit_times
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import method
 from slalom.io import formats
 from slalom.io.recorded import first_of
+from slalom.io.yaml_nodes import MAX_MISTAKES, compose, content_of
 from slalom.model.limits import HalfSpace, Limits
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
@@ -32,7 +33,7 @@ from slalom.sim.files.schema import (
     is_group,
     robots_of,
 )
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, Mistakes, compose, content_of, in_order, messages
+from slalom.sim.files.yaml_errors import Mistakes, in_order, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers, unfit_times, whole_periods
 
 M = TypeVar("M", bound=BaseModel)

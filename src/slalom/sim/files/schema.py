@@ -25,6 +25,7 @@ from slalom.base.errors import InvalidInput
 from slalom.decision.methods import method
 from slalom.decision.settings import SharedSettings
 from slalom.io.formats import FORMATS
+from slalom.io.yaml_nodes import YAML_VALUES
 from slalom.model.goal import Goal
 from slalom.model.limits import HalfSpace
 from slalom.model.path_goal import PathGoal
@@ -50,7 +51,7 @@ from slalom.sim.files.parts import (
     model_of_settings,
 )
 from slalom.sim.files.patterns import GOALS, LAYOUTS, generator
-from slalom.sim.files.yaml_errors import YAML_VALUES, Mistakes
+from slalom.sim.files.yaml_errors import Mistakes
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Model of the recording in a scenario file, the agents of which are obstacles.

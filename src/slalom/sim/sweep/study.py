@@ -16,10 +16,11 @@ from slalom.base.checks import did_you_mean, flag, has, known, listing, mapping,
 from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.decision.methods import Method
 from slalom.io.recorded import first_of
+from slalom.io.yaml_nodes import MAX_MISTAKES, compose
 from slalom.peers import CONTENDERS, Peer, contender
 from slalom.sim.files.parts import Model, Place
 from slalom.sim.files.scenario_yaml import read_scenarios
-from slalom.sim.files.yaml_errors import MAX_MISTAKES, compose, dotted, in_order, messages, where
+from slalom.sim.files.yaml_errors import dotted, in_order, messages, where
 from slalom.sim.measure.metrics import METRICS, finite
 from slalom.sim.sweep.case import (
     SOURCES,
