@@ -52,6 +52,12 @@ from slalom.vehicle.sweep import Scene, convex_bodies
 from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import WayFound
 
+TINY: Final = 1e-12
+"""[m^2] Square of a length below which a part of a path has no direction."""
+
+NEARER: Final = 1e-6
+"""[1] Of parts of a path at equal distances the one counts that is farther along it."""
+
 CONTACT_SHARE: Final = 1e-4
 """[1] Depth of an overlap that counts as contact, as a share of the size of the body: 0.4 mm for a car.
 
@@ -535,24 +541,45 @@ class VehicleNavigator(SharedSettings):
                     best, least = Proposal(motions, manoeuvre, None, until), cost
         return best
 
-    def _cost(self, motions: Array, target: Array) -> float:
-        """Least way [m] to a target on motions (k, 5): the distance, and what the heading has to turn towards it."""
-        x, y = target[0] - motions[:, 0], target[1] - motions[:, 1]
+    def _cost(self, motions: Array, way: Array) -> float:
+        """Least way [m] to the end of a polyline (m, 2) [m] on motions (k, 5).
+
+        It is the distance from the polyline, the rest of it, and what the heading has to turn towards what is ahead.
+        """
+        places = motions[:, :2]
+        steps, lengths = np.diff(way, axis=0), np.hypot(*np.diff(way, axis=0).T)
+        at, rest = np.concatenate([[0.0], np.cumsum(lengths)]), np.zeros(len(places))
+        distance, ahead = np.hypot(*(way[-1] - places).T), np.broadcast_to(way[-1], places.shape)
+        if len(steps):
+            off = places[:, None] - way[:-1]
+            share = np.clip((off * steps).sum(axis=2) / np.maximum(lengths**2, TINY), 0.0, 1.0)
+            distances = np.hypot(*np.moveaxis(off - share[..., None] * steps, 2, 0))
+            left = at[-1] - at[:-1] - share * lengths
+            k = np.argmin(distances + left * NEARER, axis=1)
+            row = np.arange(len(places))
+            distance, rest = distances[row, k], left[row, k]
+            further = at[-1] - rest + self.vehicle.turning_radius
+            ahead = np.stack([np.interp(further, at, way[:, axis]) for axis in range(2)], axis=1)
+        x, y = (ahead - places).T
         bearing = np.abs((np.arctan2(y, x) - motions[:, 2] + np.pi) % (2.0 * np.pi) - np.pi)
-        return float((np.hypot(x, y) + self.vehicle.turning_radius * np.minimum(bearing, 1.0)).min())
+        return float((distance + rest + self.vehicle.turning_radius * np.minimum(bearing, 1.0)).min())
 
     def _target(self, moment: Moment) -> Array:
-        """Position (2,) [m] that the middle of the axle heads for; its own without a goal."""
-        aim = moment.aim
-        if aim is None:
-            return moment.pose.position
-        if isinstance(aim, PathGoal):
-            plan = None if moment.previous is None else moment.previous.plan
-            progress = None if plan is None else plan.progress
-            aim = self._navigators[0].step_along(aim, moment.state, moment.window, progress).goal
-        away = aim.position(moment.now) - moment.pose.position
-        left = max(hypot(*away), 1e-9)
-        return moment.pose.position + away * max(0.0, 1.0 - self.vehicle.lever / left)
+        """The polyline (m, 2) [m] to where the middle of the axle heads for; its own place without a goal.
+
+        Of a path what is left of it up to the horizon, of another goal its position.
+        """
+        goal, plan = moment.goal, None if moment.previous is None else moment.previous.plan
+        if goal is None:
+            return moment.pose.position[None]
+        if not isinstance(goal, PathGoal):
+            return goal.position(moment.now)[None]
+        before = 0.0 if plan is None or plan.progress is None else plan.progress
+        at = goal.nearest(moment.pose.position, max(0.0, before - self.vehicle.lever), goal.length)
+        end = min(at + self.horizon * self.vehicle.limits.max_speed, goal.length)
+        knots = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(goal.points, axis=0).T))])
+        inner = goal.points[(knots > at) & (knots < end)]
+        return np.vstack([goal.point(at), inner, goal.point(end)])
 
     def _leaving(self, moment: Moment, overlapped: Array) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps obstacles: no deeper into any, else by as little as possible.
