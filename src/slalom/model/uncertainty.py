@@ -132,6 +132,28 @@ class Scaled:
         return self.share * self.of.radius(t, dimension)
 
 
+@dataclass(frozen=True)
+class GrowsUntil:
+    """The uncertainty `of`, which does not grow any more from `until` [s] on: by then the robot decides anew.
+
+    It is not convex. Of increasing times (n,) the first one at or after `until` is the last at which it has grown, so
+    that linear interpolation between them is an upper bound as well.
+    """
+
+    of: Uncertainty
+    until: NotNegative
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        time = np.asarray(t, dtype=np.float64)
+        last = self.until
+        if time.ndim == 1 and np.any(time >= last):
+            last = float(time[time >= last].min())
+        return self.of.radius(np.minimum(time, last), dimension)
+
+
 @lru_cache(maxsize=64)
 def chi_quantile(probability: float, degrees: int) -> float:
     """Value k that a chi-distributed number with `degrees` degrees of freedom exceeds with `probability`.

@@ -22,6 +22,8 @@ from slalom.base.checks import (
     not_before,
     not_negative,
     number,
+    or_infinite,
+    positive,
     shown,
     vector,
 )
@@ -30,7 +32,7 @@ from slalom.base.extras import require
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.shape import Disc, Shape, is_round
 from slalom.model.trajectory import ConstantAcceleration
-from slalom.model.uncertainty import BoundedError, KalmanError, Uncertainty
+from slalom.model.uncertainty import BoundedError, GrowsUntil, KalmanError, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
 from slalom.perception.association import GATE, OTHER_ID, least_sum, nearest_first
@@ -240,6 +242,11 @@ NOTHING: Final = _State((), 0)
 """No tracks."""
 
 
+def _checked_growth(growth: float, name: str) -> float:
+    """A time [s] above 0, or inf. Raises InvalidInput for something else."""
+    return or_infinite(growth, name, positive)
+
+
 def _checked_braking(braking: float | None, name: str) -> float | None:
     """A deceleration [m/s^2] of 0 or more, or None. Raises InvalidInput for something else."""
     return None if braking is None else not_negative(braking, name)
@@ -286,6 +293,9 @@ class Tracker:
         confirmation: [s] for which an obstacle counts after a measurement that no second one confirms. Larger: a robot
             brakes longer for a false detection. Smaller: an obstacle that is measured more rarely counts late.
         calibration: of the radii; None: those of the filter.
+        growth: [s] ahead up to which radii grow; inf: always. By then the robot has new measurements and decides anew.
+            Larger: it keeps farther away, and waits more often. Smaller: it has to brake harder for those that stop or
+            turn; less than the time in which it stops is not advised.
     """
 
     shape: Shape = field(default_factory=lambda: Disc(0.3))
@@ -294,6 +304,7 @@ class Tracker:
     braking: Annotated[float | None, _checked_braking] = None
     confirmation: Positive = 0.3
     calibration: Calibration | None = field(default_factory=_own_calibration)
+    growth: Annotated[float, _checked_growth] = 0.5
     _scans: list[_Scan] = field(default_factory=list, init=False, repr=False)
     _known: int = field(default=0, init=False, repr=False)  # scans whose tracks are up to date
     _before: _State = field(default=NOTHING, init=False, repr=False)  # tracks before the first scan
@@ -364,8 +375,9 @@ class Tracker:
         there = [track for track in state.tracks if track.t >= (oldest if track.confirmed else unconfirmed)]
         found = self._estimates(there, now)
         round_ones = [one for one in found if not _turned(one[0])]
-        others = [self._obstacle(track, estimate) for track, estimate in found if _turned(track)]
-        return (*self._tracks(round_ones, now, self.calibration), *others)
+        turned = [one for one in found if _turned(one[0])]
+        others = [self._obstacle(*one, radius) for one, radius in zip(turned, self._radii(turned))]
+        return (*self._tracks(round_ones, now, self._radii(round_ones)), *others)
 
     @property
     def ids(self) -> tuple[Hashable, ...]:
@@ -403,20 +415,26 @@ class Tracker:
             return
         self._judged = scan.t
         there = [one for one in scan.after.tracks if one.confirmed]
-        for tracks in self._tracks(self._estimates(there, scan.t), scan.t, None):
+        found = self._estimates(there, scan.t)
+        for tracks in self._tracks(found, scan.t, tuple(estimate.uncertainty for _, estimate in found)):
             self.calibration.observe(tracks)
 
     def _estimates(self, tracks: list[_Track], t: float) -> list[tuple[_Track, Estimate]]:
         """Each track with its estimate at a time."""
         return [(one, self.filter.estimate(self.filter.predict(one.belief, t - one.t))) for one in tracks]
 
-    def _tracks(self, found: list[tuple[_Track, Estimate]], t: float, calibration: Calibration | None) -> list[Tracks]:
-        """The estimates at a time as one Tracks, with calibrated radii; nothing if there are none."""
+    def _radii(self, found: list[tuple[_Track, Estimate]]) -> tuple[Uncertainty, ...]:
+        """The calibrated uncertainties of estimates now, as they count for decisions."""
+        stated = tuple(estimate.uncertainty for _, estimate in found)
+        if self.calibration is not None and stated:
+            stated = self.calibration.calibrated(stated, np.array([self._now - track.t for track, _ in found]))
+        return stated if self.growth == np.inf else tuple(GrowsUntil(one, self.growth) for one in stated)
+
+    def _tracks(self, found: list[tuple[_Track, Estimate]], t: float, radii: tuple[Uncertainty, ...]) -> list[Tracks]:
+        """The estimates at a time as one Tracks with these radii; nothing if there are none."""
         if not found:
             return []
         states = np.stack([estimate.state for _, estimate in found])
-        stated = tuple(estimate.uncertainty for _, estimate in found)
-        ages = np.array([t - track.t for track, _ in found])
         return [
             Tracks(
                 states[:, 0],
@@ -426,18 +444,15 @@ class Tracker:
                 accelerations=states[:, 2],
                 ids=tuple(track.name for track, _ in found),
                 forecast=self.filter.forecast,
-                uncertainty=stated if calibration is None else calibration.calibrated(stated, ages),
+                uncertainty=radii,
                 braking=self.braking,
             )
         ]
 
-    def _obstacle(self, track: _Track, estimate: Estimate) -> Obstacle:
+    def _obstacle(self, track: _Track, estimate: Estimate, radius: Uncertainty) -> Obstacle:
         assert track.heading is not None
         position, velocity, acceleration = estimate.state
         motion = self.filter.forecast(ConstantAcceleration(position, velocity, acceleration, self._now), self._now)
-        stated = (estimate.uncertainty,)
-        ages = (self._now - track.t,)
-        (radius,) = stated if self.calibration is None else self.calibration.calibrated(stated, ages)
         return Obstacle(track.shape, motion, str(track.name), track.heading, radius)
 
     def _checked(
