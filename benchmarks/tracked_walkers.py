@@ -46,7 +46,10 @@ def judged(kinds: tuple[str, ...], people: int, seed: int, duration: float) -> d
     rng = np.random.default_rng(seed)
     walks = [walk(kinds, duration + LEADS[-1], rng) for _ in range(people)]
     motion = slalom.ConstantVelocityFilter(position=NOISE)
-    trackers = {"calibrated": slalom.Tracker(filter=motion), "filter": slalom.Tracker(filter=motion, calibration=None)}
+    trackers = {
+        "calibrated": slalom.Tracker(filter=motion, growth=np.inf),
+        "filter": slalom.Tracker(filter=motion, calibration=None, growth=np.inf),
+    }
     coming = [
         (k * STEP, name, places[k] + rng.normal(0.0, NOISE, 2))
         for k in range(0, round(duration / STEP), round(1.0 / RATE / STEP))

@@ -268,7 +268,9 @@ def test_the_radius_holds_people_that_stop(calibrated: bool) -> None:
     walked = step * np.cumsum(going, axis=0)
     places = starts + walked[..., None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     motion = ConstantVelocityFilter(position=NOISE)
-    one = Tracker(filter=motion) if calibrated else Tracker(filter=motion, calibration=None)
+    one = Tracker(filter=motion, growth=np.inf)
+    if not calibrated:
+        one = Tracker(filter=motion, calibration=None, growth=np.inf)
     held = []
     for k in range(265):
         for id in range(8):

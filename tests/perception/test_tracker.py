@@ -60,7 +60,7 @@ def test_the_filter_is_the_least_squares_estimate(d: int) -> None:
     times, start, moves = np.sort(rng.uniform(0.0, 2.0, 9)), rng.normal(size=d), rng.normal(size=d)
     positions = start + times[:, None] * moves + 0.2 * rng.normal(size=(9, d))
     velocities = [moves + 0.3 * rng.normal(size=d) if k % 2 else None for k in range(9)]
-    tracker = Tracker(Disc(0.3) if d == 2 else Ball(0.3), filter, max_age=5.0)
+    tracker = Tracker(Disc(0.3) if d == 2 else Ball(0.3), filter, max_age=5.0, growth=np.inf)
     rows, wanted, weights = [], [], []
     for t, p, v in zip(times, positions, velocities):
         tracker.update(t, 1, p, v)
@@ -260,7 +260,7 @@ def test_memory_does_not_grow() -> None:
 
 def test_shapes_and_headings() -> None:
     """What is not round counts as the disc about it until its heading is known; both stay from then on."""
-    tracker, car = Tracker(Disc(0.3)), Rectangle(4.0, 2.0)
+    tracker, car = Tracker(Disc(0.3), growth=np.inf), Rectangle(4.0, 2.0)
     tracker.update(0.0, "car", (3.0, 0.0), shape=car)
     tracker.update(0.0, "person", (5.0, 5.0))
     (tracks,) = tracker.at(0.0)
@@ -412,3 +412,21 @@ def test_settings_and_times_that_are_none_are_refused() -> None:
             KalmanError(0.1, 0.1, **wrong)
     with pytest.raises(InvalidInput, match="uncertainty: expected one or 1, found 2"):
         Tracks([(0.0, 0.0)], [(0.0, 0.0)], 0.3, uncertainty=[None, None])
+
+
+def test_radii_grow_until_the_robot_decides_anew() -> None:
+    """Up to `growth` as those without an end; then not at all, and never less between the times of a decision."""
+    plain, tracker = Tracker(growth=np.inf), Tracker(growth=0.5)
+    for k in range(10):
+        for one in (plain, tracker):
+            one.update(0.1 * k, "a", (0.1 * k, 0.0))
+    (free,), (bounded,) = plain.at(0.9), tracker.at(0.9)
+    early, times = np.linspace(0.0, 0.5, 6), np.linspace(0.0, 3.0, 8)
+    radius, grows = bounded.uncertainties[0].radius, free.uncertainties[0].radius
+    np.testing.assert_array_equal(radius(early, 2), grows(early, 2))
+    assert float(radius(2.0, 2)) == float(grows(0.5, 2))
+    dense = np.linspace(0.0, 3.0, 301)
+    exact = np.array([float(radius(t, 2)) for t in dense])
+    assert np.all(np.interp(dense, times, radius(times, 2)) >= exact - 1e-12)
+    with pytest.raises(InvalidInput, match="growth: expected a number above 0"):
+        Tracker(growth=0.0)
