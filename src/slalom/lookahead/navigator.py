@@ -18,6 +18,7 @@ from slalom.decision.navigator import Navigator, goal_or_place
 from slalom.forecast.forecast import EXACT, Known
 from slalom.forecast.from_models import FromModels
 from slalom.kernels.arrays import Flags
+from slalom.lookahead.bounds import bound_table
 from slalom.lookahead.search import NODE_TIME_SLACK, PredictedObstacles, Search, Work, new_search, run_searches, step_of
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
@@ -276,16 +277,16 @@ def _sequence_in(scene: Scene, shares: Sequence[float], work: Work) -> SequenceD
             outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED
             whole = share == scene.doubt == 1.0
             return sequence_decision(scene, found, outcome if whole else Outcome.SQUEEZED)
-        start = start or _stopped(scene, found)
+        start = start or _ended(scene, found)
         if found.cut or left <= 0.0:
             break
     return None if start is None else sequence_decision(scene, start, Outcome.BEGUN)
 
 
-def _stopped(scene: Scene, search: Search) -> Search | None:
-    """The search with a sequence that ends at rest, if it has one."""
-    stopped = search.with_stop(scene.now, scene.navigator.horizon)
-    return stopped if stopped.node >= 0 else None
+def _ended(scene: Scene, search: Search) -> Search | None:
+    """The search with a sequence that the robot can continue, if it has one; see `Search.with_end`."""
+    ended = search.with_end(scene.now, scene.navigator.horizon)
+    return ended if ended.node >= 0 else None
 
 
 def search_in(
@@ -387,9 +388,8 @@ class LookAhead:
             ("improvement_budget", not_negative(self.improvement_budget, "improvement_budget")),
         ):
             object.__setattr__(self, name, value)
-        limits = self.navigator.limits
-        if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
-            raise InvalidInput("limits: expected no more than a maximum speed and acceleration, found further bounds")
+        d = self.navigator.robot.dimension
+        bound_table(self.navigator.limits, State(np.zeros(d), np.zeros(d)), self.navigator.period)
 
     def decide(
         self,
@@ -482,6 +482,9 @@ class LookAhead:
         )
         if deviation > JUMP or not (same or self._remains_clear(scene, previous)):
             return None
+        next_acceleration = motion.mean_acceleration(now, self.navigator.period)
+        if not self.navigator.limits.allows(scene.state, next_acceleration, self.navigator.period):
+            return None
         if not search.complete:
             return self._continue_search(scene, search) if same else None
         improved = self._improved(scene, previous, same)
@@ -503,7 +506,7 @@ class LookAhead:
         found = search.resumed(scene.now, self.budget, self.improvement_budget)
         if found.complete:
             return sequence_decision(scene, found, self._outcome(scene, found))
-        found = found.with_stop(scene.now, self.navigator.horizon)
+        found = found.with_end(scene.now, self.navigator.horizon)
         return sequence_decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
 
     def _improved(self, scene: Scene, previous: SequenceDecision, same: bool) -> Search:
