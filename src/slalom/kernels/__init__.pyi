@@ -41,6 +41,6 @@ from .relative_motion.window import (
     segments_of as segments_of,
 )
 from .selection.exchange import choose_many as choose_many, nearest_free as nearest_free
-from .sequence_search.bounds import first_breach as first_breach
+from .sequence_search.bounds import breach as breach
 from .sequence_search.search import grow_tree as grow_tree, sequence_is_clear as sequence_is_clear
 from .sequence_search.tree import add_node as add_node

@@ -30,12 +30,16 @@ More: bounds of further forms are refused, in more time. Along an axis: bounds t
 def bound_table(limits: Limits, state: State, period: float) -> BoundTable:
     """The half-spaces of a robot with these limits that is in `state` when it decides; `period` [s] of its decisions.
 
+    At rest it has the heading of that state.
+
     Raises:
         InvalidInput: a bound that depends on the velocity in another way than `_in_motion` describes; one of another
             dimension than the state.
     """
-    at_rest, moving, fixed = _rows_of(limits, state.dimension)
-    parts = (_as_they_stand(limits, state, turning=True), at_rest, moving, fixed)
+    moving, fixed = _rows_of(limits, state.dimension)
+    rest = State(state.position, 0.0 * state.velocity, heading=state.heading)
+    now = [_as_they_stand(limits, one, turning=True) if len(moving) else moving for one in (state, rest)]
+    parts = (*now, moving, fixed)
     return BoundTable(np.concatenate(parts), np.cumsum([0, *map(len, parts)]), period, state.dimension)
 
 
@@ -47,16 +51,12 @@ def _as_they_stand(limits: Limits, state: State, *, turning: bool) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _rows_of(limits: Limits, dimension: int) -> tuple[Array, Array, Array]:
-    """The rows (n, 6) of `BoundTable` that do not depend on the state of the decision: at rest, in motion, fixed."""
-    rest = State(np.zeros(dimension), np.zeros(dimension))
+def _rows_of(limits: Limits, dimension: int) -> tuple[Array, Array]:
+    """The rows (n, 6) of `BoundTable` in motion, and those that hold in every state."""
     each = [_in_motion(bound, dimension) for bound in limits.bounds]
     moving, fixed = ([rows for turns, rows in each if turns == which] for which in (True, False))
-    return (
-        _as_they_stand(limits, rest, turning=True),
-        np.concatenate([np.empty((0, 6)), *moving]),
-        np.concatenate([_as_they_stand(limits, rest, turning=False), *fixed]),
-    )
+    flats = _as_they_stand(limits, State(np.zeros(dimension), np.zeros(dimension)), turning=False)
+    return np.concatenate([np.empty((0, 6)), *moving]), np.concatenate([flats, *fixed])
 
 
 def _in_motion(bound: Bound, dimension: int) -> tuple[bool, Array]:

@@ -119,7 +119,7 @@ class Deviations(NamedTuple):
         velocity = padded(self.state.velocity)
         for stage, (hold, acceleration) in enumerate(zip(self.holds[k].tolist(), self.accelerations[k], strict=True)):
             u = padded(acceleration)
-            if kernels.first_breach(bounds, velocity, u, hold, stage == 0, np.empty(5), np.zeros(1)):
+            if kernels.breach(bounds, velocity, u, hold, stage == 0, np.empty(0), np.zeros(1)):
                 return False
             velocity = velocity + hold * u
         return True

@@ -172,9 +172,9 @@ A stop at the end of a sequence takes one node. Fewer: the tree overflows. More:
 """
 
 MAX_END_TESTS: Final = 30
-"""[1] Sequences that are tested for a stop at their end, in the order of their estimated arrival.
+"""[1] Sequences that are tested for a motion after their end, in the order of their estimated arrival.
 
-Larger: more time where no stop is safe. Smaller: the navigator decides although a safe sequence is known.
+Larger: more time where no such motion is safe. Smaller: the navigator decides although a safe sequence is known.
 """
 
 NODE_TIME_SLACK: Final = 1e-6
@@ -335,7 +335,7 @@ class Search:
             periods = float(np.linalg.norm(velocity)) / problem.braking / problem.period
             brake = max(1, int(np.ceil(periods - WHOLE_COUNT))) * problem.period
             acceleration, end = -velocity / brake, position + 0.5 * brake * velocity
-            if kernels.first_breach(problem.bounds, velocity, acceleration, brake, False, np.empty(5), np.zeros(1)):
+            if kernels.breach(problem.bounds, velocity, acceleration, brake, False, np.empty(0), np.zeros(1)):
                 continue
             times = np.array([start, start + brake, max(start + brake, now + horizon)])
             motion = np.stack([position, end]), np.stack([velocity, rest]), np.stack([acceleration, rest])

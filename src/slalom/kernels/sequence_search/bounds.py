@@ -25,40 +25,49 @@ WORK_BOUND: Final = 0.004
 
 
 @kernel
-def first_breach(
-    bounds: BoundTable, velocity: Array, acceleration: Array, duration: float, measured: bool, cut: Array, work: Array
+def breach(
+    bounds: BoundTable,
+    velocity: Array,
+    acceleration: Array,
+    duration: float,
+    measured: bool,
+    cut: Array,
+    work: Array,
 ) -> bool:
     """Whether a constant acceleration over `duration` [s] from a velocity breaks a bound at the start of some period.
 
     velocity (3,) [m/s], acceleration (3,) [m/s^2]. The rule is that of `limits.Limits.allows`; fixed half-spaces hold
-    at all times. The half-space of accelerations that is broken most, of the first period with one, goes into cut (5,),
-    see `kernels/geometry/boundaries.py`. measured: whether the motion begins in the state of the decision.
-    work: (1,) [us] is increased.
+    at all times. measured: whether the motion begins in the state of the decision. cut (5,): the half-space of
+    accelerations that is broken most, see `kernels/geometry/boundaries.py`, goes there; (0,): it is not sought, in less
+    time. work: (1,) [us] is increased.
     """
     if len(bounds.rows) == 0:
         return False
     v = velocity.copy()
-    if breaks_rows(bounds, FIXED, np.eye(3), v, acceleration, duration, duration, cut):
-        return True
+    start = np.sqrt(squared(v[0]) + squared(v[1]) + squared(v[2]))
+    world = np.eye(3)
+    most = most_broken(bounds, FIXED, world, v, acceleration, duration, duration, 0.0, 0.0, cut)
+    turning = bounds.first[MOVING + 1] - bounds.first[MOVING]
     still = acceleration[0] == 0.0 and acceleration[1] == 0.0 and acceleration[2] == 0.0
-    periods = 0 if still else max(1, int(np.ceil(duration / bounds.period - WHOLE_COUNT)))
+    periods = 0 if still or turning == 0 else max(1, int(np.ceil(duration / bounds.period - WHOLE_COUNT)))
     for k in range(periods):
+        if most > 0.0 and len(cut) == 0:
+            break
         square = 0.0
         for axis in range(3):
             v[axis] = velocity[axis] + k * bounds.period * acceleration[axis]
             square += squared(v[axis])
         speed = np.sqrt(square)
         elapsed = (k + 1) * bounds.period
-        work[0] += WORK_PERIOD + WORK_BOUND * (bounds.first[MOVING + 1] - bounds.first[MOVING])
         state = MEASURED if measured and k == 0 else AT_REST if speed < REST else MOVING
-        frame = axes_along(v[: bounds.dimension] / speed) if state == MOVING else np.eye(3)
-        if breaks_rows(bounds, state, frame, v, acceleration, bounds.period, elapsed, cut):
-            return True
-    return False
+        frame = axes_along(v[: bounds.dimension] / speed) if state == MOVING else world
+        most = most_broken(bounds, state, frame, v, acceleration, bounds.period, elapsed, start, most, cut)
+        work[0] += WORK_PERIOD + WORK_BOUND * turning
+    return bool(most > 0.0)
 
 
 @kernel
-def breaks_rows(
+def most_broken(
     bounds: BoundTable,
     state: int,
     frame: Array,
@@ -66,9 +75,11 @@ def breaks_rows(
     acceleration: Array,
     time: float,
     elapsed: float,
+    speed: float,
+    most: float,
     cut: Array,
-) -> bool:
-    """Whether a row of a state is broken; the half-space of accelerations that is broken most goes into cut (5,).
+) -> float:
+    """The larger of `most` [m/s^2] and the largest excess over the rows of a state, whose half-space goes into cut.
 
     frame (d, d): axes of the rows. Velocities count after `time` [s], when the acceleration has lasted for `elapsed`.
     """
@@ -82,29 +93,33 @@ def breaks_rows(
             now[k] += frame[k, axis] * velocity[axis]
             change[k] += frame[k, axis] * acceleration[axis]
         square += squared(now[k])
-    most = 0.0
     worst = -1
+    offset_of_worst = 0.0
+    deficit = 0.0
     for b in range(bounds.first[state], bounds.first[state + 1]):
         before = rows[b, 1] * now[0] + rows[b, 2] * now[1] + rows[b, 3] * now[2]
         along = rows[b, 1] * change[0] + rows[b, 2] * change[1] + rows[b, 3] * change[2]
         offset = rows[b, 4] + rows[b, 5] * square
         excess = along - offset
         if rows[b, 0] == 0.0:
-            # No bound that turns excludes the present velocity.
+            # No bound that turns excludes the present velocity; nor need the robot be faster than at the start.
+            least = max(offset, -speed) if state == MOVING else offset
             offset = max(offset, before) if state == MOVING else offset
             excess = before + time * along - offset
+            deficit = (before + time * along - min(offset, least)) / elapsed
         if excess <= ADMISSIBLE * (1.0 + abs(offset)):
             continue
-        excess = excess / elapsed if rows[b, 0] == 0.0 else excess
+        excess = deficit if rows[b, 0] == 0.0 else excess
         if excess > most:
             most = excess
             worst = b
-            cut[4] = along - (1.0 + CUT_RESERVE) * excess
-    if worst < 0:
-        return False
-    cut[0] = 0.0
-    for axis in range(3):
-        cut[1 + axis] = 0.0
-        for k in range(d if axis < d else 0):
-            cut[1 + axis] += rows[worst, 1 + k] * frame[k, axis]
-    return True
+            # At the start the heading does not depend on the acceleration: the cut is exact.
+            offset_of_worst = along - (1.0 + CUT_RESERVE if elapsed > time else 1.0) * excess
+    if worst >= 0 and len(cut) > 0:
+        cut[0] = 0.0
+        cut[4] = offset_of_worst
+        for axis in range(3):
+            cut[1 + axis] = 0.0
+            for k in range(d if axis < d else 0):
+                cut[1 + axis] += rows[worst, 1 + k] * frame[k, axis]
+    return most

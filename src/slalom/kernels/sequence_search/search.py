@@ -9,11 +9,11 @@ from slalom.base.tolerances import ADMISSIBLE, DIVISOR_FLOOR, WHOLE_COUNT
 from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments
 from slalom.kernels.decision.policy import WORK_ROW
 from slalom.kernels.decision.response_motion import WORK_CHOICE
-from slalom.kernels.jit import kernel, squared
+from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.clearance import Workspace, new_workspace
 from slalom.kernels.relative_motion.window import allowed_speed
 from slalom.kernels.selection.exchange import SAFE, deepest_violation, nearest_free
-from slalom.kernels.sequence_search.bounds import first_breach
+from slalom.kernels.sequence_search.bounds import breach
 from slalom.kernels.sequence_search.tables import (
     ARRIVED,
     BEST,
@@ -58,10 +58,16 @@ COAST_STEP: Final = 0.25
 Larger: later arrivals. Smaller: COAST_ATTEMPTS cover less time.
 """
 
-LONGER_HOLD: Final = 1.5
-"""[1] Ratio of the next time of acceleration to the last one, where a bound allows less acceleration.
+LATER: Final = 1.5
+"""[1] Ratio of these shares for one arrival time to that for the last one, where a bound is broken.
 
-Larger: smaller accelerations than the bound allows. Smaller: more tests.
+Larger: later arrivals. Smaller: more tests where no arrival obeys the bound.
+"""
+
+LONGER: Final = 1.2
+"""[1] Ratio of the next number of periods to the last one, where a bound is broken.
+
+Larger: smaller accelerations than the bounds allow. Smaller: more tests.
 """
 
 BRAKE_STEPS: Final = 2.0
@@ -136,6 +142,12 @@ def motion_is_clear(
     return True
 
 
+@inlined
+def longer(periods: int) -> int:
+    """The next larger number of periods to try where a bound is broken."""
+    return max(periods + 1, int(LONGER * periods))
+
+
 @kernel
 def accelerate_and_coast(
     problem: SearchProblem,
@@ -148,11 +160,12 @@ def accelerate_and_coast(
     """Time [s] of acceleration, in whole periods, and of the pass of the goal after coasting [s]; -1: never.
 
     The earliest such arrival from position (3,) [m] with velocity (3,) [m/s]; with bounds an early one. The
-    acceleration goes into acceleration (3,) [m/s^2]. measured: see `first_breach`.
+    acceleration goes into acceleration (3,) [m/s^2]. measured: see `breach`.
     """
     d = problem.dimension
-    cut = np.empty(5)
+    none = np.empty(0)
     time = time_to_goal(problem, position, velocity)
+    delay = COAST_STEP * problem.period
     acceleration[:] = 0.0
     for _ in range(COAST_ATTEMPTS):
         square = 0.0
@@ -170,6 +183,7 @@ def accelerate_and_coast(
             # A later arrival has another displacement.
             time = hold
             continue
+        broken = False
         while hold <= time:
             size = need / (hold * (time - 0.5 * hold))
             square_speed = 0.0
@@ -182,11 +196,15 @@ def accelerate_and_coast(
             allowed = max(squared(problem.max_speed), square_now) * (1.0 + ADMISSIBLE)
             if size > problem.max_acceleration * (1.0 + ADMISSIBLE) or square_speed > allowed:
                 break
-            if not first_breach(problem.bounds, velocity, acceleration, hold, measured, cut, scratch.work):
+            if not breach(problem.bounds, velocity, acceleration, hold, measured, none, scratch.work):
                 return hold, time
             # A smaller acceleration for a longer time.
-            hold = np.ceil(LONGER_HOLD * hold / problem.period) * problem.period
-        time += COAST_STEP * problem.period
+            broken = True
+            hold = longer(int(np.round(hold / problem.period))) * problem.period
+        time += delay
+        delay *= LATER if broken else 1.0
+        if broken and delay > problem.step:
+            break
     return -1.0, -1.0
 
 
@@ -201,16 +219,19 @@ def accelerate_and_brake(
 ) -> tuple[float, float]:
     """Times [s] to accelerate and then to brake evenly, in whole periods, to stop at the goal; -1: not possible.
 
-    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first. position (3,) [m], velocity (3,) [m/s].
-    The first acceleration goes into acceleration (3,) [m/s^2]. measured: see `first_breach`.
+    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first; with bounds an early one. position (3,) [m], velocity (3,) [m/s].
+    The first acceleration goes into acceleration (3,) [m/s^2]. measured: see `breach`.
     """
     d = problem.dimension
-    cut = np.empty(5)
+    none = np.empty(0)
     end = np.zeros(3)
     braking = np.zeros(3)
     most = int(np.round(BRAKE_STEPS * problem.step / problem.period))
-    for total in range(2, 2 * most + 1):
-        for k in range(max(1, total - most), min(most, total - 1) + 1):
+    total = 2
+    broken = False
+    while total <= 2 * most:
+        k = max(1, total - most)
+        while k <= min(most, total - 1):
             hold = k * problem.period
             brake = (total - k) * problem.period
             square = 0.0
@@ -223,13 +244,16 @@ def accelerate_and_brake(
                 braking[axis] = -end[axis] / brake
                 square_speed += squared(end[axis])
             allowed = squared(min(problem.max_speed, problem.braking * brake))
-            if (
-                square <= squared(problem.max_acceleration)
-                and square_speed <= allowed
-                and not first_breach(problem.bounds, velocity, acceleration, hold, measured, cut, scratch.work)
-                and not first_breach(problem.bounds, end, braking, brake, False, cut, scratch.work)
-            ):
-                return hold, brake
+            if square <= squared(problem.max_acceleration) and square_speed <= allowed:
+                broken = breach(problem.bounds, velocity, acceleration, hold, measured, none, scratch.work)
+                if not broken:
+                    broken = breach(problem.bounds, end, braking, brake, False, none, scratch.work)
+                    if not broken:
+                        return hold, brake
+                    # The longer the acceleration, the harder the braking.
+                    break
+            k = longer(k) if broken else k + 1
+        total = longer(total) if broken else total + 1
     return -1.0, -1.0
 
 
@@ -431,7 +455,7 @@ def nearest_within_bounds(
 
     A candidate that collides is replaced by the nearest free acceleration. While that breaks a bound, the half-space of
     the one that is broken most is added to `limits`, and the nearest one is chosen again, at most MOST_CUTS times.
-    velocity (3,) [m/s]; the other arguments are those of `node_encounters` and `first_breach`.
+    velocity (3,) [m/s]; the other arguments are those of `node_encounters` and `breach`.
     """
     candidate = u.copy()
     for count in range(MOST_CUTS + 1):
@@ -446,7 +470,7 @@ def nearest_within_bounds(
             for axis in range(3):
                 u[axis] = safe[axis]
         cut = limits[min(2 + count, len(limits) - 1)]
-        if not first_breach(problem.bounds, velocity, u, problem.step, measured, cut, scratch.work):
+        if not breach(problem.bounds, velocity, u, problem.step, measured, cut, scratch.work):
             return True
     return False
 
