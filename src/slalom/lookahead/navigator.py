@@ -229,9 +229,17 @@ def _arrival(decision: Decision) -> float:
 
 
 def _plan_in(scene: Scene, work: Work) -> Decision:
-    """Decision for a new sequence, else of the navigator, that avoids all motions of a scene."""
+    """Decision for a new sequence, else of the navigator, that avoids all motions of a scene.
+
+    A robot that must not stop begins a sequence without an arrival only where the navigator has no safe decision: such
+    a sequence leads past obstacles at full speed, and the robot cannot wait for a better one.
+    """
     shares = MARGIN_SHARES if scene.doubt == 1.0 else (scene.doubt,)
-    return _sequence_in(scene, shares, work) or alone(scene)
+    found = _sequence_in(scene, shares, work)
+    if found is not None and not (found.outcome is Outcome.BEGUN and found.search.problem.never_stops):
+        return found
+    own = alone(scene)
+    return own if found is None or own.safe else found
 
 
 def alone(scene: Scene) -> Decision:

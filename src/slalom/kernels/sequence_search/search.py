@@ -6,11 +6,11 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import ADMISSIBLE, DIVISOR_FLOOR, WHOLE_COUNT
-from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments
+from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments, Workspace
 from slalom.kernels.decision.policy import WORK_ROW
 from slalom.kernels.decision.response_motion import WORK_CHOICE
 from slalom.kernels.jit import inlined, kernel, squared
-from slalom.kernels.relative_motion.clearance import Workspace, new_workspace
+from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.relative_motion.window import allowed_speed
 from slalom.kernels.selection.exchange import SAFE, deepest_violation, nearest_free
 from slalom.kernels.sequence_search.bounds import breach
@@ -219,8 +219,8 @@ def accelerate_and_brake(
 ) -> tuple[float, float]:
     """Times [s] to accelerate and then to brake evenly, in whole periods, to stop at the goal; -1: not possible.
 
-    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first; with bounds an early one. position (3,) [m], velocity (3,) [m/s].
-    The first acceleration goes into acceleration (3,) [m/s^2]. measured: see `breach`.
+    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first; with bounds an early one. position (3,)
+    [m], velocity (3,) [m/s]. The first acceleration goes into acceleration (3,) [m/s^2]. measured: see `breach`.
     """
     d = problem.dimension
     none = np.empty(0)
