@@ -68,7 +68,8 @@ def _in_motion(bound: Bound, dimension: int) -> tuple[bool, Array]:
     Raises:
         InvalidInput: a bound of another form.
     """
-    of, zero, ahead = bound.of == "acceleration", np.zeros(dimension), np.eye(dimension)[0]
+    of, ahead = float(bound.of == "acceleration"), np.eye(dimension)[0]
+    zero = 0.0 * ahead
     slow, fast = (bound.half_spaces(State(zero, speed * ahead)) for speed in ((1.0, 2.0) if of else (FAST, FAST)))
     if slow[0].shape == fast[0].shape:
         squares = (fast[1] - slow[1]) / 3.0

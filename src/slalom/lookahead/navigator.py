@@ -364,7 +364,8 @@ class LookAhead:
 
     Law: a sequence keeps the margin until it ends, or the largest possible fraction of it, as long as the forecasts
     hold. Where the forecast is `FromModels`, it keeps at least the share `doubt` of the uncertainty and of the margin.
-    The motion after a pass through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
+    The motion after a pass through the goal is not tested. A sequence obeys all limits; bounds as `Limits.allows` has
+    it, in every period of the sequence. With the bound LeastSpeed none ends at rest: see `_plan_in`.
 
     Attributes:
         navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
@@ -396,6 +397,7 @@ class LookAhead:
             ("improvement_budget", not_negative(self.improvement_budget, "improvement_budget")),
         ):
             object.__setattr__(self, name, value)
+        # Refuses bounds that a search cannot take.
         d = self.navigator.robot.dimension
         bound_table(self.navigator.limits, State(np.zeros(d), np.zeros(d)), self.navigator.period)
 
@@ -490,8 +492,8 @@ class LookAhead:
         )
         if deviation > JUMP or not (same or self._remains_clear(scene, previous)):
             return None
-        next_acceleration = motion.mean_acceleration(now, self.navigator.period)
-        if not self.navigator.limits.allows(scene.state, next_acceleration, self.navigator.period):
+        period = self.navigator.period
+        if not self.navigator.limits.allows(scene.state, motion.mean_acceleration(now, period), period):
             return None
         if not search.complete:
             return self._continue_search(scene, search) if same else None

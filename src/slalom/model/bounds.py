@@ -45,7 +45,8 @@ class Bound(Protocol):
     """Convex set of admissible accelerations or velocities.
 
     Laws: every vector that obeys `half_spaces` lies in the set of the class. The acceleration 0, the present velocity,
-    and all accelerations -s v / |v| with 0 <= s <= `braking` obey them.
+    and all accelerations -s v / |v| with 0 <= s <= `braking` obey them. `LookAhead` takes bounds whose sides turn with
+    the velocity v or not at all, with offsets c + k v^2 for the acceleration, and c, or what v needs, for the velocity.
     """
 
     @property

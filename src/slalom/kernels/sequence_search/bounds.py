@@ -21,7 +21,7 @@ WORK_PERIOD: Final = 0.1
 """[us] Counted for the test of the bounds at the start of one period, see `search.WORK_NODE`."""
 
 WORK_BOUND: Final = 0.004
-"""[us] Counted for the test of one half-space there."""
+"""[us] Counted for the test of one half-space there: its share of the time of such a test."""
 
 
 @kernel
