@@ -194,7 +194,8 @@ def accelerate_and_coast(
                 square_now += squared(velocity[axis])
             length = size
             allowed = max(squared(problem.max_speed), square_now) * (1.0 + ADMISSIBLE)
-            if size > problem.max_acceleration * (1.0 + ADMISSIBLE) or square_speed > allowed:
+            # Also of a time of 0, for which no size is a number.
+            if not (size <= problem.max_acceleration * (1.0 + ADMISSIBLE) and square_speed <= allowed):
                 break
             if not breach(problem.bounds, velocity, acceleration, hold, measured, none, scratch.work):
                 return hold, time
