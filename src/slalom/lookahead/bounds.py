@@ -9,7 +9,7 @@ from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ADMISSIBLE
 from slalom.decision.tables import bounds_of
-from slalom.kernels.sequence_search.tables import BoundTable
+from slalom.kernels.sequence_search.tables import AT_REST, FIXED, MEASURED, MOVING, BoundTable
 from slalom.model.bounds import Bound, axes
 from slalom.model.limits import Limits
 from slalom.model.state import State
@@ -36,11 +36,14 @@ def bound_table(limits: Limits, state: State, period: float) -> BoundTable:
         InvalidInput: a bound that depends on the velocity in another way than `_in_motion` describes; one of another
             dimension than the state.
     """
-    moving, fixed = _rows_of(limits, state.dimension)
+    table = _of_any_state(limits, state.dimension, period)
+    if table.first[MOVING] == table.first[FIXED]:
+        return table
     rest = State(state.position, 0.0 * state.velocity, heading=state.heading)
-    now = [_as_they_stand(limits, one, turning=True) if len(moving) else moving for one in (state, rest)]
-    parts = (*now, moving, fixed)
-    return BoundTable(np.concatenate(parts), np.cumsum([0, *map(len, parts)]), period, state.dimension)
+    now = [_as_they_stand(limits, one, turning=True) for one in (state, rest)]
+    first = table.first + sum(map(len, now))
+    first[MEASURED], first[AT_REST] = 0, len(now[0])
+    return table._replace(rows=np.concatenate([*now, table.rows]), first=first)
 
 
 def _as_they_stand(limits: Limits, state: State, *, turning: bool) -> Array:
@@ -51,12 +54,14 @@ def _as_they_stand(limits: Limits, state: State, *, turning: bool) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _rows_of(limits: Limits, dimension: int) -> tuple[Array, Array]:
-    """The rows (n, 6) of `BoundTable` in motion, and those that hold in every state."""
+def _of_any_state(limits: Limits, dimension: int, period: float) -> BoundTable:
+    """The rows in motion, and those that hold in every state."""
     each = [_in_motion(bound, dimension) for bound in limits.bounds]
     moving, fixed = ([rows for turns, rows in each if turns == which] for which in (True, False))
     flats = _as_they_stand(limits, State(np.zeros(dimension), np.zeros(dimension)), turning=False)
-    return np.concatenate([np.empty((0, 6)), *moving]), np.concatenate([flats, *fixed])
+    none = np.empty((0, 6))
+    parts = none, none, np.concatenate([none, *moving]), np.concatenate([flats, *fixed])
+    return BoundTable(np.concatenate(parts), np.cumsum([0, *map(len, parts)]), period, dimension)
 
 
 def _in_motion(bound: Bound, dimension: int) -> tuple[bool, Array]:
