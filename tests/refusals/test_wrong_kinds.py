@@ -638,14 +638,14 @@ BY_CHECK = {
         ControlObstacle.boundary.tolerance, select_clearest.enough, select_many.margin, Scenario.replan,
         Scenario.margin, Scenario.patience, Scenario.message_delay, Scenario.sight_noise,
         Scenario.sight_delay,
-        DifferentialDrive.disturbance,
+        DifferentialDrive.delay,
         VehicleNavigator.margin, VehicleNavigator.patience, Velocity.ramp, Function.max_speed,
         Function.max_acceleration, Arrive.enough_clearance, KeepAcceleration.enough_clearance,
         FollowAcceleration.enough_clearance, FollowVelocity.enough_clearance, Disc.radius, Ball.radius,
         Rectangle.radius, Polygon.radius, Polyline.radius, FromPast.growth, FromModels.share,
         FromModels.offset, BoundedError.position, BoundedError.velocity, BoundedError.acceleration,
         GaussianError.position, GaussianError.velocity, KalmanError.position, KalmanError.velocity,
-        KalmanError.correlation, KalmanError.acceleration, Risk.likely, SafeTime.extra, Bicycle.disturbance,
+        KalmanError.correlation, KalmanError.acceleration, Risk.likely, SafeTime.extra, Bicycle.delay,
         Bicycle.max_reverse_speed
     """,
     "number": """
