@@ -76,6 +76,7 @@ SCENE = Scenario(
 )
 PAIR = (ROBOT, replace(ROBOT, name="other", state=State((0, 5), (3, 0))))
 DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
+TO_HEADING = Goal(Stationary((1.0, 0.0)), heading=1.0)
 DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
 NAVIGATOR = Navigator(NAO, DISC, LIMITS)
 AHEAD = LookAhead(Navigator(method("nao_ahead"), DISC, LIMITS))
@@ -490,6 +491,12 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"settings: expected numbers by name": lambda _: compare("empty", ["nao"], 1, settings=1),
     r"store: expected a folder, found 1": lambda _: compare("empty", ["nao"], 1, store=1),
     r"id: expected a hashable name, found \[\]": lambda _: Tracker().update(0, [], (0, 0)),
+    r"heading: expected that of the robot for a goal with 1, found none": lambda _: TO_HEADING.reached(
+        (0, 0), (0, 0), 0.0
+    ),
+    r"goal: expected one without a heading .* found 1 rad; a VehicleNavigator takes it": lambda _: NAVIGATOR.decide(
+        STATE, [], TO_HEADING
+    ),
     r"lag: expected one lag, or those of speed and turn, found 3": lambda _: DifferentialDrive(
         0.5, 1, 2, lag=(0.1, 0.2, 0.3)
     ),
@@ -505,8 +512,8 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     ),
     r"obstacles\[0\]: expected a valid geometry of shapely": lambda _: way_among((0, 0, 0), (1, 1), DISC, [DISC], 1.0),
     r"max_steering: expected less than pi / 2": lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
-    r"body: expected one convex shape in the plane, found Polyline": lambda _: VehicleNavigator(
-        DRIVE, NAO, Polyline([(0, 0), (1, 0), (1, 1)])
+    r"body: expected one convex shape in the plane, found Ball": lambda _: VehicleNavigator(
+        DRIVE, NAO, Ball(1.0)
     ),
     r"probability: expected a number above 0 of at most 1, found 1\.1": lambda _: Obstacle(
         Disc(1), Stationary((9, 0)), "a", probability=1.1

@@ -13,12 +13,10 @@ from slalom import Disc, Goal, Limits, Navigator, State, Stationary, method
 from slalom.adapters.mavlink import setpoint
 from slalom.adapters.ros import topics
 from slalom.adapters.ros.messages import Frames, odometry
-from slalom.adapters.ros.node import Node
 from slalom.adapters.ros.shell import NodeSettings
 from slalom.adapters.ros.topics import figure
 from slalom.adapters.ros.tracked import markers, objects, obstacles
 from slalom.cli.others import replay
-from slalom.vehicle import DifferentialDrive
 
 
 def header(t: float = 10.0, frame: str = "odom") -> Message:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import shapely
 from draws import draws
 
 from slalom import (
@@ -28,9 +29,7 @@ from slalom import (
     TurningRadius,
     method,
 )
-from slalom.vehicle import Bicycle, Command, DifferentialDrive, Pose, VehicleNavigator
-
-shapely = pytest.importorskip("shapely")
+from slalom.vehicle import Bicycle, Command, DifferentialDrive, Pose, VehicleDecision, VehicleNavigator
 
 DRIVES = {
     "service": DifferentialDrive(0.35, 1.0, 3.0, period=0.05),
@@ -135,7 +134,7 @@ class Drive(NamedTuple):
 
     times: np.ndarray
     poses: list[Pose]
-    decisions: list
+    decisions: list[VehicleDecision]
     arrived: bool
 
     @property
@@ -147,12 +146,12 @@ class Drive(NamedTuple):
         return np.array([pose.speed for pose in self.poses])
 
 
-def driven(robot: VehicleNavigator, obstacles, goal, pose: Pose, periods: int = 300, steps: int = 5, start=0.0) -> Drive:
+def driven(robot: VehicleNavigator, obstacles, goal, pose: Pose, periods: int = 300, steps: int = 5) -> Drive:
     """Decisions for a vehicle that moves by the equations, until it arrives."""
     h, around, decision = robot.period, ObstacleTable(obstacles), None
-    times, poses, decisions, arrived = [start], [pose], [], False
+    times, poses, decisions, arrived = [0.0], [pose], list[VehicleDecision](), False
     for k in range(periods):
-        now = start + k * h
+        now = k * h
         arrived = goal is not None and goal.reached(pose.position, pose.velocity, now, pose.heading)
         if arrived:
             break
@@ -212,7 +211,9 @@ def test_driving_is_the_solution_of_the_equations_of_motion(name: str) -> None:
         assert after.heading == pytest.approx(path[-1].heading, abs=2e-2 if saturated else 1e-7)
         if not saturated:
             half = vehicle.drive(pose, command, 0.5 * vehicle.period)
-            np.testing.assert_allclose([*half.position, half.heading], [*path[19].position, path[19].heading], atol=1e-7)
+            np.testing.assert_allclose(
+                [*half.position, half.heading], [*path[19].position, path[19].heading], atol=1e-7
+            )
             assert half.speed == pytest.approx(path[19].speed)
 
 
@@ -266,7 +267,9 @@ def test_goals_on_all_sides_are_reached_from_rest(name: str, bearing: float) -> 
 
 def test_a_goal_within_the_turning_circle_is_reached() -> None:
     for bicycle in (BICYCLES["robot"], REVERSING):
-        run = driven(VehicleNavigator(bicycle, method("nao"), Disc(0.25)), [], at(0.0, 0.5, 0.05), Pose((0.0, 0.0), 0.0))
+        run = driven(
+            VehicleNavigator(bicycle, method("nao"), Disc(0.25)), [], at(0.0, 0.5, 0.05), Pose((0.0, 0.0), 0.0)
+        )
         assert run.arrived
 
 

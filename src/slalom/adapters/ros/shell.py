@@ -99,9 +99,7 @@ class NodeSettings:
             navigator = Navigator(chosen, body, limits, period=self.period, **settings)
         else:
             wheels = self.track, self.max_speed, self.max_acceleration
-            drive = DifferentialDrive(
-                *wheels, ahead=self.ahead, period=self.period, lag=self.lag, delay=self.delay
-            )
+            drive = DifferentialDrive(*wheels, ahead=self.ahead, period=self.period, lag=self.lag, delay=self.delay)
             navigator = VehicleNavigator(drive, chosen, body, **settings)
         motion = ConstantVelocityFilter(self.acceleration_error, self.position_error)
         tracker = Tracker(filter=motion, max_age=self.max_age)
