@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 import slalom
-from slalom.vehicle import Command, DifferentialDrive, Pose
+from slalom.vehicle import Command, DifferentialDrive, Pose, VehicleNavigator
 
 DT = 0.05
 BODY, PERSON = 0.25, 0.3
@@ -98,7 +98,7 @@ def run(seed: int, duration: float) -> Report:
     crowd, perception, walls = Crowd(rng), Perception(rng), building()
     motion = slalom.ConstantVelocityFilter(acceleration=0.1, position=0.05, first_velocity=0.7)
     tracker = slalom.Tracker(slalom.Disc(PERSON), motion)
-    robot = slalom.Navigator(slalom.method("nao"), DRIVE.shape(BODY), DRIVE.limits, period=DT, horizon=5.0)
+    robot = VehicleNavigator(DRIVE, slalom.method("nao"), slalom.Disc(BODY), horizon=5.0)
     path = slalom.PathGoal(ROUTE, speeds=1.2, tolerance=0.3)
     pose, decision = Pose(ROUTE[0], 0.0), None
     lines = [segment for table in walls for segment in zip(table.shape.points, table.shape.points[1:])]
@@ -108,9 +108,8 @@ def run(seed: int, duration: float) -> Report:
         for t, person, position in perception.measure(now, crowd.people):
             tracker.update(t, person, position)
         before = time.process_time()
-        state, goal = DRIVE.state(pose, decision, now), DRIVE.goal(pose, path, now)
-        decision = robot.decide(state, [walls, *tracker.at(now)], goal, now=now, previous=decision)
-        command = DRIVE.command(pose, decision, now)
+        decision = robot.decide(pose, [walls, *tracker.at(now)], path, now=now, previous=decision)
+        command = decision.command
         times.append(time.process_time() - before)
         report.unsafe += not decision.outcome.safe
         report.wheels = max(report.wheels, load(pose, command))

@@ -30,7 +30,7 @@ SETTINGS = NodeSettings(
     position_error=0.02,
     acceleration_error=0.05,
 )
-DRIVE = DifferentialDrive(0.4, 1.4, 4.0, 0.4, PERIOD)
+DRIVE = DifferentialDrive(0.4, 1.4, 4.0, ahead=0.4, period=PERIOD)
 MAP = np.array([-1.0, -4.0]), 0.3
 """Where the map is in the odometry: position [m] and heading [rad]."""
 GOAL = (11.0, 4.0)

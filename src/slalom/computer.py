@@ -127,6 +127,25 @@ def _simulate() -> None:
     simulate(gallery.build("corridor", {"duration": 0.2}), METHODS["nao"])
 
 
+def vehicles() -> None:
+    """A drive and a bicycle among discs and polygons; to places, to poses, on paths, and out of an overlap."""
+    from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
+
+    walls = Obstacle(Polyline([(-9.0, 1.5), (9.0, 1.5)]), Stationary((0.0, 0.0)))
+    disc = Obstacle(Disc(0.5), ConstantVelocity((5.0, 0.4), (-0.5, 0.0)))
+    start, place, horizon = Pose((0.0, 0.0), 0.2), Stationary((5.0, 0.5)), 1.0
+    goals = [Goal(place, 0.2, True), Goal(place, 0.2, True, heading=0.3), PathGoal([(0.0, 0.0), (5.0, 0.0)])]
+    for car in (DifferentialDrive(0.4, 1.0, 2.0), Bicycle(0.4, 0.6, 3.0, 1.0, 1.0, max_reverse_speed=0.5)):
+        robot = VehicleNavigator(car, METHODS["nao"], Rectangle(0.6, 0.4), horizon=horizon)
+        for goal in goals:
+            pose, decision = start, None
+            for now in (0.0, 0.1):
+                decision = robot.decide(pose, [walls, disc], goal, now=now, previous=decision)
+                pose = car.drive(pose, decision.command)
+        for y in (0.4, 0.6):
+            robot.decide(start, [Obstacle(Disc(0.3), Stationary((0.3, y))), walls], goals[0])
+
+
 def look_ahead() -> None:
     """The search over sequences of accelerations, among discs and among polygons, and again with other predictions."""
     goal = Goal(Stationary((9.0, 0.0)), 0.5)
@@ -163,6 +182,7 @@ USES: Final[dict[str, Callable[[], None]]] = {
     "polygons": polygons,
     "fleets": fleets,
     "space": space,
+    "vehicles": vehicles,
     "ahead": look_ahead,
     "crowd": crowd,
     "figures": figures,

@@ -95,7 +95,7 @@ ENDING = ("simulate", "RobotEnv")
 
 def drive_of(world: World) -> DifferentialDrive:
     """Wheels with the limits of the world, decided for a point as far ahead as the body."""
-    return DifferentialDrive(0.4, world.max_speed, world.max_acceleration, RADIUS, world.period)
+    return DifferentialDrive(0.4, world.max_speed, world.max_acceleration, ahead=RADIUS, period=world.period)
 
 
 def of_vehicle(world: World) -> Steer:
@@ -112,8 +112,7 @@ def of_vehicle(world: World) -> Steer:
 
 def of_node_with_wheels(world: World) -> Steer:
     """Commands of a node, from messages."""
-    drive = drive_of(world)
-    node = Node(Navigator(NAO, drive.shape(RADIUS), drive.limits, period=world.period), drive)
+    node = Node(VehicleNavigator(drive_of(world), NAO, Disc(RADIUS)))
     node.head_for(world.goal)
 
     def steer(at: Pose, now: float) -> Command:

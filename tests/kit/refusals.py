@@ -60,7 +60,7 @@ from slalom.sim.files.patterns import SwapGoals
 from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.scenario import Robot, Scenario
-from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
+from slalom.vehicle import Bicycle, Command, DifferentialDrive, Pose, VehicleNavigator
 from slalom.vehicle.ways import way_among
 from slalom.view.film import Film, checked
 
@@ -77,6 +77,7 @@ SCENE = Scenario(
 )
 PAIR = (ROBOT, replace(ROBOT, name="other", state=State((0, 5), (3, 0))))
 DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
+TO_HEADING = Goal(Stationary((1.0, 0.0)), heading=1.0)
 DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
 NAVIGATOR = Navigator(NAO, DISC, LIMITS)
 AHEAD = LookAhead(Navigator(method("nao_ahead"), DISC, LIMITS))
@@ -498,8 +499,17 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"settings: expected numbers by name": lambda _: compare("empty", ["nao"], 1, settings=1),
     r"store: expected a folder, found 1": lambda _: compare("empty", ["nao"], 1, store=1),
     r"id: expected a hashable name, found \[\]": lambda _: Tracker().update(0, [], (0, 0)),
-    r"period: expected less than 0\.594604 s for these wheels, found 1 s": lambda _: DifferentialDrive(
-        0.5, 1, 2, period=1
+    r"heading: expected that of the robot for a goal with 1, found none": lambda _: TO_HEADING.reached(
+        (0, 0), (0, 0), 0.0
+    ),
+    r"goal: expected one without a heading .* found 1 rad; a VehicleNavigator takes it": lambda _: NAVIGATOR.decide(
+        STATE, [], TO_HEADING
+    ),
+    r"lag: expected one lag, or those of speed and turn, found 3": lambda _: DifferentialDrive(
+        0.5, 1, 2, lag=(0.1, 0.2, 0.3)
+    ),
+    r"duration: expected at most the period, 0\.1 s, found 0\.2 s": lambda _: DRIVE.drive(
+        Pose((0, 0), 0.0), Command(0.0, 0.0), 0.2
     ),
     r"heading: expected none in space": lambda _: State((0, 0, 0), (0, 0, 0), heading=1.0),
     r"goal: expected poses .* or a place .*, found shape \(4,\)": lambda _: way_among(
@@ -510,7 +520,9 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     ),
     r"obstacles\[0\]: expected a valid geometry of shapely": lambda _: way_among((0, 0, 0), (1, 1), DISC, [DISC], 1.0),
     r"max_steering: expected less than pi / 2": lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
-    r"body: expected a Disc or a Rectangle": lambda _: VehicleNavigator(DRIVE, NAO, Polyline([(0, 0), (1, 0)])),
+    r"body: expected one convex shape in the plane, found Ball": lambda _: VehicleNavigator(
+        DRIVE, NAO, Ball(1.0)
+    ),
     r"probability: expected a number above 0 of at most 1, found 1\.1": lambda _: Obstacle(
         Disc(1), Stationary((9, 0)), "a", probability=1.1
     ),

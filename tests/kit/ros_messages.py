@@ -13,12 +13,10 @@ from slalom import Disc, Goal, Limits, Navigator, State, Stationary, method
 from slalom.adapters.mavlink import setpoint
 from slalom.adapters.ros import topics
 from slalom.adapters.ros.messages import Frames, odometry
-from slalom.adapters.ros.node import Node
 from slalom.adapters.ros.shell import NodeSettings
 from slalom.adapters.ros.topics import figure
 from slalom.adapters.ros.tracked import markers, objects, obstacles
 from slalom.cli.others import replay
-from slalom.vehicle import DifferentialDrive
 
 
 def header(t: float = 10.0, frame: str = "odom") -> Message:
@@ -130,7 +128,6 @@ BAGS: dict[str, Callable[[Path], object]] = {
 """Of files."""
 
 FRAMES = Frames("odom")
-PERIODS = Navigator(method("nao"), Disc(0.3), Limits(1.0, 1.0), period=0.2)
 OF_ADAPTERS: dict[str, Callable[[Path], object]] = {
     r"decision: expected one in space, found dimension 2": in_the_plane,
     r"topics: expected some of /a; found /b": lambda _: topics._taken({"/a": topics.ODOMETRY}, ["/b"]),
@@ -157,9 +154,6 @@ OF_ADAPTERS: dict[str, Callable[[Path], object]] = {
     ),
     r"grid\.data: expected 3 x 2 cells, found 4": lambda _: (
         NodeSettings().node().receive(grid(np.zeros((2, 2)), width=3))
-    ),
-    r"navigator\.period: expected 0\.1 s as of the vehicle, found 0\.2 s": lambda _: Node(
-        PERIODS, DifferentialDrive(0.5, 2.0, 2.0)
     ),
     r"message: expected one of nav_msgs/msg/Odometry, .*; found SimpleNamespace": lambda _: (
         NodeSettings().node().receive(Message(text="hello"))

@@ -60,8 +60,7 @@ def test_a_differential_drive_reaches_its_goal_and_rests(name: str, stop: bool, 
     """It faces its goal, so that it is as fast as its wheels; at rest its command is 0."""
     one = world_of_an_entry(seed, stop)
     one = replace(one, max_acceleration=min(one.max_acceleration, 2.0))
-    limits = one.limits if name == "VehicleNavigator" else drive_of(one).limits
-    latest = latest_arrival(one, limits.max_speed, limits.max_acceleration)
+    latest = latest_arrival(one, one.max_speed, one.max_acceleration)
     heading = float(np.arctan2(one.way[1], one.way[0]))
     run = driven_on_wheels(WHEELS[name](one), one, heading, 2.0 * latest, SECONDS_AT_REST if stop else 0.0)
     assert run.arrived is not None, one

@@ -285,8 +285,10 @@ def replay(
                 bags.write_bag(bags.as_sent(commands), out)
     if figure is not None:
         from slalom.adapters.ros.topics import figure as drawn
+        from slalom.decision.navigator import Navigator
 
-        (look or Look()).save(drawn(commands, made.navigator.robot), figure)
+        shape = made.navigator.robot if isinstance(made.navigator, Navigator) else made.navigator.body
+        (look or Look()).save(drawn(commands, shape), figure)
     result = {
         "bag": str(bag),
         "commands": len(commands),

@@ -29,6 +29,10 @@ class NodeSettings:
         Distance of two driven wheels [m]; by default the robot moves in every direction.
     ahead
         Distance of the point that decides ahead of the axle [m], with --track; by default half the track.
+    lag
+        Time in which the wheels approach their commanded speeds by 63 % [s], with --track.
+    delay
+        Time from a decision until its command acts [s], with --track.
     period
         Time between decisions [s].
     horizon
