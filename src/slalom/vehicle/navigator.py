@@ -396,11 +396,7 @@ class VehicleNavigator(SharedSettings):
         stays = found == np.inf and best.plan is not None and self._stays(moment, best.plan)
         if stays and (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
             return self._decided(moment, away, np.inf, Outcome.CONSTRAINED, no_way)
-        least = np.inf
-        if found == np.inf:
-            cost, way = self._cost(best.motions, target), self.horizon * self.vehicle.limits.max_speed
-            free = min(way, self._cost(best.motions[:1], target))
-            least = cost - GAIN * free if self._cost(best.motions[:1], target) - cost < SLOW * free else -np.inf
+        least = np.inf if found < np.inf else self._improvement(moment, best, target)
         if least > -np.inf and (held := self._held(moment, keep, target, least, moves=False)) is not None:
             return self._decided(moment, held, np.inf, Outcome.CONSTRAINED, no_way)
         if found < np.inf:
@@ -408,6 +404,18 @@ class VehicleNavigator(SharedSettings):
         safe = best.plan is not None and best.plan.safe and best.manoeuvre is best.plan.manoeuvre
         outcome = best.plan.outcome if best.plan and safe else Outcome.CONTINUED
         return self._decided(moment, best, found, outcome, no_way)
+
+    def _improvement(self, moment: Moment, plan: Proposal, way: Array) -> float:
+        """The cost [m] below which a held motion replaces a clear one; -inf: none does.
+
+        A clear motion is kept that comes nearer to the goal as it should, and every one close to the goal.
+        """
+        left = hypot(*(way[-1] - moment.pose.position))
+        if moment.goal is None or left <= moment.goal.tolerance + 2.0 * self.vehicle.turning_radius:
+            return -np.inf
+        now, then = self._cost(plan.motions[:1], way), self._cost(plan.motions, way)
+        free = min(self.horizon * self.vehicle.limits.max_speed, now)
+        return then - GAIN * free if now - then < SLOW * free else -np.inf
 
     def _on_way(self, moment: Moment, keep: Array) -> tuple[Proposal | None, WayFound | None]:
         """The first clear motion along a way to the goal, and why a search found none.
