@@ -473,7 +473,6 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"^paths\[1\]: expected one to pass .* found one at rest with stop=True": lambda _: Fleet(
         NAO, DISC, [LIMITS, NEVER_STOPS]
     ).step(0.0, [(0, 0), (0, 5)], np.zeros((2, 2)), paths=[PathGoal([(0, y), (9, y)]) for y in (0, 5)]),
-    r"limits: expected no more": lambda _: LookAhead(Navigator(NAO, DISC, NEVER_STOPS)),
     r"obstacles: expected at least one": lambda _: NAVIGATOR.fall_back(STATE, [], GOAL),
     r"state: expected dimension 2 as of the previous decision, found 3": lambda _: NAVIGATOR.decide(
         State((0, 0, 0), (0, 0, 0)), [], GOAL, previous=NAVIGATOR.decide(STATE, [], GOAL)

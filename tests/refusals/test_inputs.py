@@ -84,7 +84,6 @@ from slalom import (
     State,
     Stationary,
     Tracks,
-    TurningRadius,
     Union,
     Velocity,
     admissible_ball,
@@ -193,6 +192,16 @@ def with_methods(**settings) -> Scenario:
 
 
 METHOD_OF_JERKS = replace(METHODS["nao"], responses=lambda limits, period, holds: (Jerk(),))
+
+
+class Rootlike:
+    """A bound of the acceleration that grows with the root of the speed."""
+
+    of, braking = "acceleration", 1.0
+
+    def half_spaces(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Along the first axis."""
+        return np.eye(state.dimension)[:1], np.array([1.0 + np.linalg.norm(state.velocity) ** 0.5])
 
 
 def look_ahead(**settings) -> LookAhead:
@@ -733,8 +742,8 @@ REFUSED: dict[str, Callable[[Path], object]] = {
         simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False)
     ),
     # Looking ahead, forecasts, foresight.
-    r"limits: expected no more than a maximum speed and acceleration, found further bounds": lambda _: look_ahead(
-        limits=Limits(2, 1, bounds=(TurningRadius(1),))
+    r"limits: expected bounds whose sides turn with the velocity v .* to look ahead, found <.*Rootlike": lambda _: (
+        look_ahead(limits=Limits(2, 1, bounds=(Rootlike(),)))
     ),
     r"goal: expected one at rest to look ahead, found one that moves": lambda _: look_ahead().decide(
         FLAT, [ROCK], Goal(ConstantVelocity((20, 0), (1, 0)))

@@ -266,6 +266,7 @@ _ROWS: Final = (
         "As nao, with a search over sequences of accelerations. One robot among obstacles.",
         "Sequences: docs/theory.md, 18; NAO: Stern and Shiller, arXiv:2506.06255, 2025",
         looks_ahead=True,
+        turning=_turning,
     ),
     Method(
         "nao_shared",

@@ -18,6 +18,7 @@ from .decision.targets import (
     time_to_rest as time_to_rest,
 )
 from .geometry.envelope import grazing_discs as grazing_discs
+from .geometry.frames import axes_along as axes_along
 from .geometry.hulls import distances as distances
 from .guidance.priority_inheritance import give_way as give_way
 from .guidance.traffic_circle import (
@@ -40,5 +41,6 @@ from .relative_motion.window import (
     segments_of as segments_of,
 )
 from .selection.exchange import choose_many as choose_many, nearest_free as nearest_free
+from .sequence_search.bounds import breach as breach
 from .sequence_search.search import grow_tree as grow_tree, sequence_is_clear as sequence_is_clear
 from .sequence_search.tree import add_node as add_node

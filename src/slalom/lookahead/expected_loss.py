@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from slalom import kernels
 from slalom.base.checks import (
     DECISION,
     GOAL,
@@ -30,8 +31,10 @@ from slalom.decision.decision import completed, made
 from slalom.decision.inputs import DecisionInputs
 from slalom.forecast.forecast import EXACT, Present
 from slalom.kernels.arrays import Flags
+from slalom.kernels.sequence_search.tables import BoundTable
+from slalom.lookahead.bounds import bound_table
 from slalom.lookahead.navigator import LookAhead, SequenceDecision, motions_of, rise_of
-from slalom.lookahead.search import NODE_TIME_SLACK, directions
+from slalom.lookahead.search import NODE_TIME_SLACK, directions, padded
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
@@ -97,14 +100,29 @@ class Deviations(NamedTuple):
             found = found + (ramp * (since - 0.5 * ramp))[..., None] * self.accelerations[:, None, k]
         return np.asarray(found)
 
-    def best_first(self, costs: Array, highest: float, most: int) -> list[Manoeuvre]:
-        """Deviations of costs (s,) below `highest`, at most `most`, cheapest first: one for each first velocity."""
+    def best_first(self, costs: Array, highest: float, most: int, bounds: BoundTable) -> list[Manoeuvre]:
+        """Deviations of costs (s,) below `highest` that obey all bounds, at most `most`, cheapest first.
+
+        One for each first velocity.
+        """
         found: dict[bytes, int] = {}
         for k in np.argsort(costs, kind="stable").tolist():
             if costs[k] >= highest or len(found) == most:
                 break
-            found.setdefault(self.accelerations[k, 0].tobytes() + self.holds[k, 0].tobytes(), k)
+            first = self.accelerations[k, 0].tobytes() + self.holds[k, 0].tobytes()
+            if first not in found and self._obeys(k, bounds):
+                found[first] = k
         return [self.manoeuvre(k) for k in found.values()]
+
+    def _obeys(self, k: int, bounds: BoundTable) -> bool:
+        """Whether deviation k obeys all bounds."""
+        velocity = padded(self.state.velocity)
+        for stage, (hold, acceleration) in enumerate(zip(self.holds[k].tolist(), self.accelerations[k], strict=True)):
+            u = padded(acceleration)
+            if kernels.breach(bounds, velocity, u, hold, stage == 0, np.empty(0), np.zeros(1)):
+                return False
+            velocity = velocity + hold * u
+        return True
 
     def manoeuvre(self, k: int) -> Manoeuvre:
         """Deviation k as one response to its first acceleration."""
@@ -372,7 +390,8 @@ class ExpectedLoss:
         back = np.linalg.norm(places[:, 2 * LOSS_STEPS - 1] - motion.position(times[2 * LOSS_STEPS - 1]), axis=-1)
         costs = back / navigator.limits.max_speed + self.loss * self._sum(_contacts(places, moment.ahead))
         costs += self._time(plan[1], moment.goal, now, motion.position(times[-1]))
-        promising = others.best_first(costs, highest, DEVIATION_PLANS)
+        bounds = bound_table(navigator.limits, moment.state, navigator.period)
+        promising = others.best_first(costs, highest, DEVIATION_PLANS, bounds)
         cost, chosen = min(
             ((self._cost_with_plan(one, moment, follower), k) for k, one in enumerate(promising)),
             default=(np.inf, -1),

@@ -18,6 +18,7 @@ from slalom.decision.navigator import Navigator, goal_or_place
 from slalom.forecast.forecast import EXACT, Known
 from slalom.forecast.from_models import FromModels
 from slalom.kernels.arrays import Flags
+from slalom.lookahead.bounds import bound_table
 from slalom.lookahead.search import NODE_TIME_SLACK, PredictedObstacles, Search, Work, new_search, run_searches, step_of
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
@@ -228,9 +229,17 @@ def _arrival(decision: Decision) -> float:
 
 
 def _plan_in(scene: Scene, work: Work) -> Decision:
-    """Decision for a new sequence, else of the navigator, that avoids all motions of a scene."""
+    """Decision for a new sequence, else of the navigator, that avoids all motions of a scene.
+
+    A robot that must not stop begins a sequence without an arrival only where the navigator has no safe decision: such
+    a sequence leads past obstacles at full speed, and the robot cannot wait for a better one.
+    """
     shares = MARGIN_SHARES if scene.doubt == 1.0 else (scene.doubt,)
-    return _sequence_in(scene, shares, work) or alone(scene)
+    found = _sequence_in(scene, shares, work)
+    if found is not None and not (found.outcome is Outcome.BEGUN and found.search.problem.never_stops):
+        return found
+    own = alone(scene)
+    return own if found is None or own.safe else found
 
 
 def alone(scene: Scene) -> Decision:
@@ -276,16 +285,16 @@ def _sequence_in(scene: Scene, shares: Sequence[float], work: Work) -> SequenceD
             outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED
             whole = share == scene.doubt == 1.0
             return sequence_decision(scene, found, outcome if whole else Outcome.SQUEEZED)
-        start = start or _stopped(scene, found)
+        start = start or _ended(scene, found)
         if found.cut or left <= 0.0:
             break
     return None if start is None else sequence_decision(scene, start, Outcome.BEGUN)
 
 
-def _stopped(scene: Scene, search: Search) -> Search | None:
-    """The search with a sequence that ends at rest, if it has one."""
-    stopped = search.with_stop(scene.now, scene.navigator.horizon)
-    return stopped if stopped.node >= 0 else None
+def _ended(scene: Scene, search: Search) -> Search | None:
+    """The search with a sequence that the robot can continue, if it has one; see `Search.with_end`."""
+    ended = search.with_end(scene.now, scene.navigator.horizon)
+    return ended if ended.node >= 0 else None
 
 
 def search_in(
@@ -355,7 +364,8 @@ class LookAhead:
 
     Law: a sequence keeps the margin until it ends, or the largest possible fraction of it, as long as the forecasts
     hold. Where the forecast is `FromModels`, it keeps at least the share `doubt` of the uncertainty and of the margin.
-    The motion after a pass through the goal is not tested. Limits: only a maximum speed and a largest acceleration.
+    The motion after a pass through the goal is not tested. A sequence obeys all limits; bounds as `Limits.allows` has
+    it, in every period of the sequence. With the bound LeastSpeed none ends at rest: see `_plan_in`.
 
     Attributes:
         navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
@@ -387,9 +397,9 @@ class LookAhead:
             ("improvement_budget", not_negative(self.improvement_budget, "improvement_budget")),
         ):
             object.__setattr__(self, name, value)
-        limits = self.navigator.limits
-        if limits.bounds or limits.velocity_bounds or limits.acceleration_bounds:
-            raise InvalidInput("limits: expected no more than a maximum speed and acceleration, found further bounds")
+        # Refuses bounds that a search cannot take.
+        d = self.navigator.robot.dimension
+        bound_table(self.navigator.limits, State(np.zeros(d), np.zeros(d)), self.navigator.period)
 
     def decide(
         self,
@@ -482,6 +492,9 @@ class LookAhead:
         )
         if deviation > JUMP or not (same or self._remains_clear(scene, previous)):
             return None
+        period = self.navigator.period
+        if not self.navigator.limits.allows(scene.state, motion.mean_acceleration(now, period), period):
+            return None
         if not search.complete:
             return self._continue_search(scene, search) if same else None
         improved = self._improved(scene, previous, same)
@@ -503,7 +516,7 @@ class LookAhead:
         found = search.resumed(scene.now, self.budget, self.improvement_budget)
         if found.complete:
             return sequence_decision(scene, found, self._outcome(scene, found))
-        found = found.with_stop(scene.now, self.navigator.horizon)
+        found = found.with_end(scene.now, self.navigator.horizon)
         return sequence_decision(scene, found, Outcome.BEGUN) if found.node >= 0 else None
 
     def _improved(self, scene: Scene, previous: SequenceDecision, same: bool) -> Search:

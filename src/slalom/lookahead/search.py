@@ -11,7 +11,8 @@ from slalom.base.checks import Array
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.kernels.arrays import Bodies, Indices
 from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, SearchProblem, SearchTree, SpacetimeIndex
-from slalom.model.goal import Goal
+from slalom.lookahead.bounds import bound_table
+from slalom.model.goal import Goal, least_speed
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.response.kinds import AccelerationSequence
@@ -170,10 +171,10 @@ END_NODES: Final = 2
 A stop at the end of a sequence takes one node. Fewer: the tree overflows. More: it is full earlier.
 """
 
-MAX_STOP_TESTS: Final = 30
-"""[1] Sequences that are tested for a stop at their end, in the order of their estimated arrival.
+MAX_END_TESTS: Final = 30
+"""[1] Sequences that are tested for a motion after their end, in the order of their estimated arrival.
 
-Larger: more time where no stop is safe. Smaller: the navigator decides although a safe sequence is known.
+Larger: more time where no such motion is safe. Smaller: the navigator decides although a safe sequence is known.
 """
 
 NODE_TIME_SLACK: Final = 1e-6
@@ -308,32 +309,38 @@ class Search:
         durations = np.diff(self.tree.time[nodes], prepend=now)
         return np.maximum(durations, NODE_TIME_SLACK * self.problem.period), self.tree.acceleration[nodes]
 
-    def with_stop(self, now: float, horizon: float) -> "Search":
-        """Search with the open sequence of least cost after which the robot can brake and rest until the horizon.
+    def with_end(self, now: float, horizon: float) -> "Search":
+        """Search with the open sequence of least cost that the robot can continue without a collision to the horizon.
 
-        Without a node if none of the tested sequences qualifies. `horizon` is in [s] from `now`.
+        It brakes and rests; a robot that must not stop keeps its velocity. Without a node if none of the tested
+        sequences qualifies. `horizon` is in [s] from `now`.
         """
         count = self.tree.counts[NODES]
         tree = self.tree
         problem = self.problem
         nodes = np.flatnonzero(tree.status[:count] == OPEN) if not self.full else np.empty(0, np.int64)
         nodes = nodes[np.argsort(tree.cost[nodes], kind="stable")]
-        for node in [int(k) for k in nodes if self._descends(int(k))][:MAX_STOP_TESTS]:
+        rest = np.zeros(3)
+        for node in [int(k) for k in nodes if self._descends(int(k))][:MAX_END_TESTS]:
             position = tree.position[node]
             velocity = tree.velocity[node]
             start = float(tree.time[node])
-            speed = float(np.linalg.norm(velocity))
-            periods = speed / problem.max_acceleration / problem.period
+            if problem.never_stops:
+                times = np.array([start, max(start, now + horizon)])
+                if kernels.sequence_is_clear(
+                    times, position[None], velocity[None], rest[None], self.obstacles.index, problem
+                ):
+                    return replace(self, node=node)
+                continue
+            periods = float(np.linalg.norm(velocity)) / problem.braking / problem.period
             brake = max(1, int(np.ceil(periods - WHOLE_COUNT))) * problem.period
             acceleration, end = -velocity / brake, position + 0.5 * brake * velocity
+            if kernels.breach(problem.bounds, velocity, acceleration, brake, False, np.empty(0), np.zeros(1)):
+                continue
             times = np.array([start, start + brake, max(start + brake, now + horizon)])
-            motion = (
-                np.stack([position, end]),
-                np.stack([velocity, 0.0 * velocity]),
-                np.stack([acceleration, 0.0 * acceleration]),
-            )
+            motion = np.stack([position, end]), np.stack([velocity, rest]), np.stack([acceleration, rest])
             if kernels.sequence_is_clear(times, *motion, self.obstacles.index, problem):
-                last = kernels.add_node(tree, node, start + brake, end, 0.0 * velocity, acceleration, 0.0, CLOSED)
+                last = kernels.add_node(tree, node, start + brake, end, rest, acceleration, 0.0, CLOSED)
                 return replace(self, node=last)
         return replace(self, node=-1)
 
@@ -369,10 +376,13 @@ def new_search(
     d = state.dimension
     problem = SearchProblem(
         dimension=d,
-        goal=_padded(goal.position(now)),
+        goal=padded(goal.position(now)),
         tolerance=GOAL_TOLERANCE_SHARE * goal.tolerance,
         stop=goal.stop,
         max_acceleration=limits.max_acceleration,
+        braking=limits.braking,
+        bounds=bound_table(limits, state, period),
+        never_stops=least_speed(limits) is not None,
         max_speed=limits.max_speed,
         step=step_of(limits.max_speed, limits.max_acceleration, period, scale),
         period=period,
@@ -408,7 +418,7 @@ def _new_tree(state: State, now: float) -> SearchTree:
     tree.cost[0] = 0.0
     tree.status[0] = OPEN
     tree.acceleration[0] = 0.0
-    tree.position[0], tree.velocity[0] = _padded(state.position), _padded(state.velocity)
+    tree.position[0], tree.velocity[0] = padded(state.position), padded(state.velocity)
     return tree
 
 
@@ -436,7 +446,8 @@ def directions(dimension: int) -> Array:
     return np.asarray(corners / np.linalg.norm(corners, axis=1)[:, None])
 
 
-def _padded(vector: Array) -> Array:
-    padded = np.zeros(3)
-    padded[: len(vector)] = vector
-    return padded
+def padded(vector: Array) -> Array:
+    """A vector (d,) with further coordinates 0: (3,)."""
+    wide = np.zeros(3)
+    wide[: len(vector)] = vector
+    return wide

@@ -15,6 +15,7 @@ from typing import Annotated, ClassVar, Final, Literal, Protocol, TypeAlias, run
 import numpy as np
 import numpy.typing as npt
 
+from slalom import kernels
 from slalom.base.checks import Array, Checked, Direction, Positive, check_fields, positive, short, vector, vectors
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import REST
@@ -44,7 +45,8 @@ class Bound(Protocol):
     """Convex set of admissible accelerations or velocities.
 
     Laws: every vector that obeys `half_spaces` lies in the set of the class. The acceleration 0, the present velocity,
-    and all accelerations -s v / |v| with 0 <= s <= `braking` obey them.
+    and all accelerations -s v / |v| with 0 <= s <= `braking` obey them. `LookAhead` takes bounds whose sides turn with
+    the velocity v or not at all, with offsets c + k v^2 for the acceleration, and c, or what v needs, for the velocity.
     """
 
     @property
@@ -95,22 +97,11 @@ def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
     """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without any heading (d,)."""
     if state.heading is not None:
         return np.array([(cos(angle := state.heading), sin(angle)), (-sin(angle), cos(angle))])
-    faced = None if heading is None else vector(heading, "heading", state.dimension)
+    # As a copy: the kernel would be compiled once more for arrays that cannot be written.
+    faced = None if heading is None else np.array(vector(heading, "heading", state.dimension))
     speed = float(np.linalg.norm(state.velocity))
     ahead = state.velocity / speed if speed >= REST else faced
-    if ahead is None:
-        return None
-    if ahead.size == 2:
-        return np.array([(ahead[0], ahead[1]), (-ahead[1], ahead[0])])
-    # Any two lateral directions serve; these come from the world axis that is most lateral.
-    x, y, z = ahead.tolist()
-    least = min(abs(x), abs(y), abs(z))
-    p, q, r = (0.0, z, -y) if abs(x) == least else (-z, 0.0, x) if abs(y) == least else (y, -x, 0.0)
-    length = np.sqrt(p * p + q * q + r * r)
-    p = p / length
-    q = q / length
-    r = r / length
-    return np.array([(x, y, z), (p, q, r), (y * r - z * q, z * p - x * r, x * q - y * p)])
+    return None if ahead is None else np.asarray(kernels.axes_along(ahead))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,14 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import ADMISSIBLE, DIVISOR_FLOOR, WHOLE_COUNT
-from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments
+from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments, Workspace
 from slalom.kernels.decision.policy import WORK_ROW
 from slalom.kernels.decision.response_motion import WORK_CHOICE
-from slalom.kernels.jit import kernel, squared
+from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.relative_motion.window import allowed_speed
 from slalom.kernels.selection.exchange import SAFE, deepest_violation, nearest_free
+from slalom.kernels.sequence_search.bounds import breach
 from slalom.kernels.sequence_search.tables import (
     ARRIVED,
     BEST,
@@ -55,6 +56,18 @@ COAST_STEP: Final = 0.25
 """[1] Share of a period between these arrival times.
 
 Larger: later arrivals. Smaller: COAST_ATTEMPTS cover less time.
+"""
+
+LATER: Final = 1.5
+"""[1] Ratio of these shares for one arrival time to that for the last one, where a bound is broken.
+
+Larger: later arrivals. Smaller: more tests where no arrival obeys the bound.
+"""
+
+LONGER: Final = 1.2
+"""[1] Ratio of the next number of periods to the last one, where a bound is broken.
+
+Larger: smaller accelerations than the bounds allow. Smaller: more tests.
 """
 
 BRAKE_STEPS: Final = 2.0
@@ -129,17 +142,30 @@ def motion_is_clear(
     return True
 
 
+@inlined
+def longer(periods: int) -> int:
+    """The next larger number of periods to try where a bound is broken."""
+    return max(periods + 1, int(LONGER * periods))
+
+
 @kernel
 def accelerate_and_coast(
-    problem: SearchProblem, position: Array, velocity: Array, acceleration: Array
+    problem: SearchProblem,
+    position: Array,
+    velocity: Array,
+    measured: bool,
+    acceleration: Array,
+    scratch: SearchScratch,
 ) -> tuple[float, float]:
     """Time [s] of acceleration, in whole periods, and of the pass of the goal after coasting [s]; -1: never.
 
-    The earliest such arrival from position (3,) [m] with velocity (3,) [m/s]. The acceleration goes into
-    acceleration (3,) [m/s^2].
+    The earliest such arrival from position (3,) [m] with velocity (3,) [m/s]; with bounds an early one. The
+    acceleration goes into acceleration (3,) [m/s^2]. measured: see `breach`.
     """
     d = problem.dimension
+    none = np.empty(0)
     time = time_to_goal(problem, position, velocity)
+    delay = COAST_STEP * problem.period
     acceleration[:] = 0.0
     for _ in range(COAST_ATTEMPTS):
         square = 0.0
@@ -157,33 +183,56 @@ def accelerate_and_coast(
             # A later arrival has another displacement.
             time = hold
             continue
-        size = need / (hold * (time - 0.5 * hold))
-        square_speed = 0.0
-        square_now = 0.0
-        for axis in range(d):
-            acceleration[axis] *= size / length
-            square_speed += squared(velocity[axis] + hold * acceleration[axis])
-            square_now += squared(velocity[axis])
-        allowed = max(squared(problem.max_speed), square_now) * (1.0 + ADMISSIBLE)
-        if size <= problem.max_acceleration * (1.0 + ADMISSIBLE) and square_speed <= allowed:
-            return hold, time
-        time += COAST_STEP * problem.period
+        broken = False
+        while hold <= time:
+            size = need / (hold * (time - 0.5 * hold))
+            square_speed = 0.0
+            square_now = 0.0
+            for axis in range(d):
+                acceleration[axis] *= size / length
+                square_speed += squared(velocity[axis] + hold * acceleration[axis])
+                square_now += squared(velocity[axis])
+            length = size
+            allowed = max(squared(problem.max_speed), square_now) * (1.0 + ADMISSIBLE)
+            # Also of a time of 0, for which no size is a number.
+            if not (size <= problem.max_acceleration * (1.0 + ADMISSIBLE) and square_speed <= allowed):
+                break
+            if not breach(problem.bounds, velocity, acceleration, hold, measured, none, scratch.work):
+                return hold, time
+            # A smaller acceleration for a longer time.
+            broken = True
+            hold = longer(int(np.round(hold / problem.period))) * problem.period
+        time += delay
+        delay *= LATER if broken else 1.0
+        if broken and delay > problem.step:
+            break
     return -1.0, -1.0
 
 
 @kernel
 def accelerate_and_brake(
-    problem: SearchProblem, position: Array, velocity: Array, acceleration: Array
+    problem: SearchProblem,
+    position: Array,
+    velocity: Array,
+    measured: bool,
+    acceleration: Array,
+    scratch: SearchScratch,
 ) -> tuple[float, float]:
     """Times [s] to accelerate and then to brake evenly, in whole periods, to stop at the goal; -1: not possible.
 
-    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first. position (3,) [m], velocity (3,) [m/s].
-    The first acceleration goes into acceleration (3,) [m/s^2].
+    Of all pairs with at most BRAKE_STEPS steps for each, one that ends first; with bounds an early one. position (3,)
+    [m], velocity (3,) [m/s]. The first acceleration goes into acceleration (3,) [m/s^2]. measured: see `breach`.
     """
     d = problem.dimension
+    none = np.empty(0)
+    end = np.zeros(3)
+    braking = np.zeros(3)
     most = int(np.round(BRAKE_STEPS * problem.step / problem.period))
-    for total in range(2, 2 * most + 1):
-        for k in range(max(1, total - most), min(most, total - 1) + 1):
+    total = 2
+    broken = False
+    while total <= 2 * most:
+        k = max(1, total - most)
+        while k <= min(most, total - 1):
             hold = k * problem.period
             brake = (total - k) * problem.period
             square = 0.0
@@ -192,10 +241,20 @@ def accelerate_and_brake(
                 away = problem.goal[axis] - position[axis] - (hold + 0.5 * brake) * velocity[axis]
                 acceleration[axis] = away / (0.5 * hold * (hold + brake))
                 square += squared(acceleration[axis])
-                square_speed += squared(velocity[axis] + hold * acceleration[axis])
-            allowed = squared(min(problem.max_speed, problem.max_acceleration * brake))
+                end[axis] = velocity[axis] + hold * acceleration[axis]
+                braking[axis] = -end[axis] / brake
+                square_speed += squared(end[axis])
+            allowed = squared(min(problem.max_speed, problem.braking * brake))
             if square <= squared(problem.max_acceleration) and square_speed <= allowed:
-                return hold, brake
+                broken = breach(problem.bounds, velocity, acceleration, hold, measured, none, scratch.work)
+                if not broken:
+                    broken = breach(problem.bounds, end, braking, brake, False, none, scratch.work)
+                    if not broken:
+                        return hold, brake
+                    # The longer the acceleration, the harder the braking.
+                    break
+            k = longer(k) if broken else k + 1
+        total = longer(total) if broken else total + 1
     return -1.0, -1.0
 
 
@@ -218,9 +277,9 @@ def steer_to_goal(
     position = tree.position[i]
     velocity = tree.velocity[i]
     if problem.stop:
-        hold, rest = accelerate_and_brake(problem, position, velocity, first)
+        hold, rest = accelerate_and_brake(problem, position, velocity, i == 0, first, scratch)
     else:
-        hold, time = accelerate_and_coast(problem, position, velocity, first)
+        hold, time = accelerate_and_coast(problem, position, velocity, i == 0, first, scratch)
         rest = time - hold
     scratch.work[0] += WORK_CHOICE
     if hold < 0.0 or start + hold + rest > latest:
@@ -268,6 +327,12 @@ searches end earlier than their budget. Smaller: they take longer than it.
 
 WORK_CANDIDATE: Final = 0.6
 """[us] Counted for the test of one candidate acceleration: see WORK_NODE."""
+
+MOST_CUTS: Final = 6
+"""[1] Half-spaces of bounds that are added for one candidate, after which it is dropped.
+
+Larger: more candidates obey bounds, for more choices. Smaller: robots with several bounds have fewer sequences.
+"""
 
 SPARE_NODES: Final = 8
 """[1] Nodes that are kept free, besides one for each direction, when a search is cut because its tree is full.
@@ -342,7 +407,8 @@ def node_encounters(
 ) -> tuple[Segments, MaybeHulls, Array]:
     """Segments that a robot at node i may collide with within one step, and the limits of its acceleration.
 
-    The segments are those of `relative_rows`; limits (2, 5) are two balls: acceleration, and velocity after the step.
+    The segments are those of `relative_rows`. limits (2 + MOST_CUTS, 5) begins with two balls, of the acceleration and
+    of the velocity after the step; the rest is for cuts.
     """
     d = problem.dimension
     h = problem.step
@@ -350,7 +416,7 @@ def node_encounters(
     drift = np.empty((1, 4, d))
     gain = np.zeros((1, 4))
     middle = np.empty(3)
-    limits = np.zeros((2, 5))
+    limits = np.zeros((2 + MOST_CUTS, 5))
     speed = 0.0
     for axis in range(d):
         p = tree.position[i, axis]
@@ -363,8 +429,8 @@ def node_encounters(
     speed = np.sqrt(speed)
     gain[0, 2] = h * h / 6.0
     gain[0, 3] = 0.5 * h * h
-    limits[:, 0] = -1.0
-    end_speed = allowed_speed(problem.max_speed, speed, problem.max_acceleration, h)
+    limits[:2, 0] = -1.0
+    end_speed = allowed_speed(problem.max_speed, speed, problem.braking, h)
     limits[0, 4] = problem.max_acceleration
     limits[1, 4] = end_speed / h
     radius = 0.5 * h * speed + 0.5 * h * h * problem.max_acceleration + problem.margin
@@ -372,6 +438,42 @@ def node_encounters(
     motion = PositionMap(np.array([0.0, h]), drift, gain, np.empty((0, 4)), 1)
     table, hulls = relative_rows(index, scratch.rows[:n], t, motion, problem.margin)
     return table, hulls, limits
+
+
+@kernel
+def nearest_within_bounds(
+    velocity: Array,
+    u: Array,
+    measured: bool,
+    limits: Array,
+    table: Segments,
+    hulls: MaybeHulls,
+    problem: SearchProblem,
+    workspace: Workspace,
+    scratch: SearchScratch,
+) -> bool:
+    """Whether a free acceleration near the candidate u (3,) [m/s^2] obeys all bounds over a step; it goes into u.
+
+    A candidate that collides is replaced by the nearest free acceleration. While that breaks a bound, the half-space of
+    the one that is broken most is added to `limits`, and the nearest one is chosen again, at most MOST_CUTS times.
+    velocity (3,) [m/s]; the other arguments are those of `node_encounters` and `breach`.
+    """
+    candidate = u.copy()
+    for count in range(MOST_CUTS + 1):
+        if count > 0 or deepest_violation(table, hulls, u, workspace) != -1:
+            scratch.work[0] += WORK_CHOICE
+            within = limits[: 2 + count]
+            code, safe, _, _ = nearest_free(
+                candidate, problem.dimension, within, table, hulls, FEW_ELEMENTS, FEW_CANDIDATES
+            )
+            if code != SAFE:
+                return False
+            for axis in range(3):
+                u[axis] = safe[axis]
+        cut = limits[min(2 + count, len(limits) - 1)]
+        if not breach(problem.bounds, velocity, u, problem.step, measured, cut, scratch.work):
+            return True
+    return False
 
 
 @kernel
@@ -389,7 +491,6 @@ def expand(
     """
     h = problem.step
     t = tree.time[i]
-    d = problem.dimension
     latest = min(problem.deadline, tree.time[tree.counts[BEST]] if tree.counts[BEST] >= 0 else np.inf)
     if t + h > latest:
         return
@@ -403,13 +504,8 @@ def expand(
         if not candidate_acceleration(tree, i, k, problem, u):
             continue
         scratch.work[0] += WORK_CANDIDATE
-        if deepest_violation(table, hulls, u, workspace) != -1:
-            scratch.work[0] += WORK_CHOICE
-            code, safe, _, _ = nearest_free(u, d, limits, table, hulls, FEW_ELEMENTS, FEW_CANDIDATES)
-            if code != SAFE:
-                continue
-            for axis in range(3):
-                u[axis] = safe[axis]
+        if not nearest_within_bounds(tree.velocity[i], u, i == 0, limits, table, hulls, problem, workspace, scratch):
+            continue
         advance(tree.position[i], tree.velocity[i], u, h, p, v)
         time_to_go = time_to_goal(problem, p, v)
         if t + h + time_to_go > latest or not is_new(tree, problem, t + h, p, v):

@@ -17,6 +17,12 @@ TO_GOAL = 2
 FIRST_DIRECTION = 3
 """Numbers of the candidate accelerations of a node; those from FIRST_DIRECTION on are `SearchProblem.directions`."""
 
+MEASURED = 0
+AT_REST = 1
+MOVING = 2
+FIXED = 3
+"""States in which rows of `BoundTable` hold: that of the decision, at rest, in motion, all."""
+
 
 class SpacetimeIndex(NamedTuple):
     """Pieces of bodies grown by a robot (see `kernels.arrays.Bodies`), at absolute times, listed by intervals."""
@@ -37,6 +43,19 @@ class SpacetimeIndex(NamedTuple):
     row: Indices  # numbers of pieces
 
 
+class BoundTable(NamedTuple):
+    """Half-spaces in which velocity or acceleration stay at the start of every period, by the state at that time.
+
+    A row is (1 for an acceleration or 0 for the velocity after the period, unit normal (3,), offset, its factor of the
+    squared speed). Normals are in the frame of the body for MOVING, else in that of the world.
+    """
+
+    rows: Array  # (n, 6)
+    first: Indices  # (5,) rows first[s] to first[s + 1] are of state s
+    period: float  # [s]
+    dimension: int
+
+
 class SearchProblem(NamedTuple):
     """Goal and limits of a robot, and the settings of the search."""
 
@@ -45,6 +64,9 @@ class SearchProblem(NamedTuple):
     tolerance: float  # [m] distance from the goal that counts as reached
     stop: bool  # whether the robot stops at the goal
     max_acceleration: float  # [m/s^2]
+    braking: float  # [m/s^2] largest deceleration by all bounds
+    bounds: BoundTable
+    never_stops: bool  # whether a sequence that does not arrive keeps its last velocity, and otherwise ends at rest
     max_speed: float  # [m/s]
     step: float  # [s] between the nodes of a sequence, a multiple of `period`
     period: float  # [s] accelerations change at multiples of it only

@@ -57,8 +57,8 @@ def time_to_goal(problem: SearchProblem, position: Array, velocity: Array) -> fl
         return float(
             earliest_arrival(away, velocity[:d], problem.max_acceleration, problem.max_speed, problem.tolerance)
         )
-    most = problem.max_acceleration
-    return float(time_to_rest(away, velocity[:d], most, BRAKING_SHARE * most, problem.max_speed))
+    most, braking = problem.max_acceleration, BRAKING_SHARE * problem.braking
+    return float(time_to_rest(away, velocity[:d], most, braking, problem.max_speed))
 
 
 @kernel
