@@ -21,6 +21,7 @@ from slalom.decision.objective import Arrive, preferred_control
 from slalom.fleet.fleet import Fleet
 from slalom.forecast.forecast import FromModels
 from slalom.lookahead.navigator import LookAhead
+from slalom.model.bounds import axes
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
@@ -75,6 +76,7 @@ def _decide(robot: Shape, obstacles: Sequence[Obstacle], d: int = 2) -> None:
             situation.admissible.toward(preferred_control(Arrive().aims(situation)))
         goal.desired_velocity(state.position, state.velocity, 0.0, LIMITS)
         goal.time_to_go(state.position, state.velocity, 0.0, LIMITS)
+    axes(state)
     LIMITS.admissible(Acceleration(), state, 6.0).contains(_vector(1.0, 0.0, d))
     select_many([_vector(1.0, 0.0, d)], [state], Acceleration(), LIMITS, window, robot)
 

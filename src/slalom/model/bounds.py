@@ -97,7 +97,8 @@ def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
     """Unit axes (d, d) of the body as rows, heading first; None for a robot at rest without any heading (d,)."""
     if state.heading is not None:
         return np.array([(cos(angle := state.heading), sin(angle)), (-sin(angle), cos(angle))])
-    faced = None if heading is None else vector(heading, "heading", state.dimension)
+    # As a copy: the kernel would be compiled once more for arrays that cannot be written.
+    faced = None if heading is None else np.array(vector(heading, "heading", state.dimension))
     speed = float(np.linalg.norm(state.velocity))
     ahead = state.velocity / speed if speed >= REST else faced
     return None if ahead is None else np.asarray(kernels.axes_along(ahead))
