@@ -5,7 +5,8 @@ usage: python benchmarks/vehicles.py [--seeds 20] [--scenarios corridor crowdnav
 `exact` is a disc that moves exactly as decided, under the limits of the row below it. `judged` is a vehicle on wheels
 that decides by the motion of its body (`VehicleNavigator`). The wheels are integrated here by Runge-Kutta, apart from
 the library. `followed` is the rigid body of the quadrotor of rotorpy (pip install rotorpy) with its controller, the
-robot grown by its error, which is stated below. Obstacles follow their known trajectories; the body is looked at 10 times in each period.
+robot grown by its error, which is stated below. Obstacles follow their known trajectories; the body is looked at 10
+times in each period.
 """
 
 import argparse

@@ -32,7 +32,6 @@ from slalom import (
     Obstacle,
     ObstacleWindow,
     PathGoal,
-    Polyline,
     Reciprocity,
     Rectangle,
     Sight,
