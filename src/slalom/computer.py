@@ -135,10 +135,10 @@ def vehicles() -> None:
 
     walls = Obstacle(Polyline([(-9.0, 1.5), (9.0, 1.5)]), Stationary((0.0, 0.0)))
     disc = Obstacle(Disc(0.5), ConstantVelocity((5.0, 0.4), (-0.5, 0.0)))
-    start, place, horizon = Pose((0.0, 0.0), 0.2), Stationary((5.0, 0.5)), 1.0
+    start, place = Pose((0.0, 0.0), 0.2), Stationary((5.0, 0.5))
     goals = [Goal(place, 0.2, True), Goal(place, 0.2, True, heading=0.3), PathGoal([(0.0, 0.0), (5.0, 0.0)])]
     for car in (DifferentialDrive(0.4, 1.0, 2.0), Bicycle(0.4, 0.6, 3.0, 1.0, 1.0, max_reverse_speed=0.5)):
-        robot = VehicleNavigator(car, METHODS["nao"], Rectangle(0.6, 0.4), horizon=horizon)
+        robot = VehicleNavigator(car, METHODS["nao"], Rectangle(0.6, 0.4), horizon=1.0)
         for goal in goals:
             pose, decision = start, None
             for now in (0.0, 0.1):

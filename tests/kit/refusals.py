@@ -33,7 +33,6 @@ from slalom import (
     Obstacle,
     ObstacleWindow,
     PathGoal,
-    Polyline,
     Reciprocity,
     Rectangle,
     Sight,
