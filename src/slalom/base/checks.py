@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import LARGEST
+from slalom.base.tolerances import LARGEST, LONGEST
 
 UNIT: Final = 1e-14
 """[1] By how much the length of a unit vector may differ from 1: such a vector is kept to the bit when read back."""
@@ -91,6 +91,12 @@ def number(value: float, name: str) -> float:
     if result.ndim:
         raise InvalidInput(f"{name}: expected one number, found shape {result.shape}")
     return float(not_huge(result, name))
+
+
+def not_long(length: float, name: str) -> None:
+    """Raise InvalidInput for a length above LONGEST [m]."""
+    if length > LONGEST:
+        raise InvalidInput(f"{name}: expected lengths of at most {LONGEST:g} m, found {length:g} m")
 
 
 def positive(value: float, name: str) -> float:
