@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import LARGEST, LONGEST
+from slalom.base.tolerances import LARGEST
 
 UNIT: Final = 1e-14
 """[1] By how much the length of a unit vector may differ from 1: such a vector is kept to the bit when read back."""
@@ -24,6 +24,13 @@ MAX_HORIZON: Final = 5000.0
 """[s] Horizons, and durations for which accelerations are held; below LONGEST_FORECAST.
 
 Larger: predicted obstacles vanish within the horizon. Smaller: long horizons are refused.
+"""
+
+LONGEST: Final = 1e7
+"""[m] Largest extent of a shape, and of a robot with its margin and its way within the horizon.
+
+At that length float64 has a resolution of 2e-9 m, a hundredth of CONTACT. Larger: CONTACT is not resolved, and a
+decision may not end. Smaller: scenes of aircraft are refused.
 """
 
 

@@ -53,13 +53,6 @@ It acts on lengths above CLEARANCE / RESOLVED = 1 km. Larger: distances of large
 along a large body takes longer; below about 1e-15 rounding errors are compared, and a bisection does not end.
 """
 
-LONGEST: Final = 1e7
-"""[m] Largest extent of a shape, and of a robot with its margin and its way within the horizon.
-
-At that length float64 has a resolution of 2e-9 m, a hundredth of CONTACT. Larger: CONTACT is not resolved, and a
-decision may not end. Smaller: scenes of aircraft are refused.
-"""
-
 TIME: Final = 1e-9
 """[1] Width, as a share of one cubic piece, to which the time of a first contact is bracketed."""
 
