@@ -11,6 +11,7 @@ import pytest
 
 import slalom
 from slalom.decision.document import TRACK_FIELDS
+from slalom.decision.methods import VARIANTS
 from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.scenario_writer import scenario_text
@@ -98,6 +99,29 @@ def test_a_file_repeats_a_decision_to_the_bit(tmp_path) -> None:
         again, same = read_decision(tmp_path / "d.json").repeat()
         assert same
         assert again.as_dict() == made.as_dict()
+
+
+@pytest.mark.parametrize("foresight", ["", "@observed"])
+@pytest.mark.parametrize("variant", [None, *VARIANTS])
+def test_a_file_repeats_a_decision_of_each_variant_of_a_method(tmp_path, variant, foresight) -> None:
+    of_table = slalom.method(f"nao{foresight}")
+    made_of_it = of_table if variant is None else VARIANTS[variant](of_table)
+    robot = replace(navigator(), method=made_of_it)
+    made = robot.decide(slalom.State((0.0, 0.0), (1.0, 0.0)), [WALL], GOAL)
+    made.dump(tmp_path / "d.json")
+    assert json.loads((tmp_path / "d.json").read_text())["navigator"]["variant"] == variant
+    again, same = read_decision(tmp_path / "d.json").repeat()
+    assert same
+    assert again.as_dict() == made.as_dict()
+    assert again.inputs.navigator.method == made_of_it
+
+
+def test_a_file_without_a_variant_is_of_the_method_in_the_table(tmp_path) -> None:
+    run(1)[0].dump(tmp_path / "d.json")
+    kept = json.loads((tmp_path / "d.json").read_text())
+    del kept["navigator"]["variant"]
+    (tmp_path / "d.json").write_text(json.dumps(kept))
+    assert read_decision(tmp_path / "d.json").repeat()[1]
 
 
 def test_a_file_repeats_a_decision_among_robots_that_yield_in_part(tmp_path) -> None:

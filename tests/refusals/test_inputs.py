@@ -896,6 +896,14 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"positions: expected an array of shape \(n, 2\) or \(n, 3\), found shape \(2,\)": lambda _: seen(
         positions=[1.0, 2.0]
     ),
+    r"obstacle 'moon': shape: expected lengths of at most 1e\+07 m, found 1e\+15 m": lambda _: Obstacle(
+        Disc(1e15), STILL, "moon"
+    ),
+    r"radii: expected lengths of at most 1e\+07 m, found 2e\+07 m": lambda _: seen(radii=2e7),
+    r"robot with its margin: expected lengths of at most 1e\+07 m, found": lambda _: navigator(margin=1e7),
+    r"limits: way at max_speed within the horizon: expected lengths of at most 1e\+07 m, found 6e\+07 m": lambda _: (
+        navigator(limits=Limits(1e7, 1.0))
+    ),
     r"radii: expected one or 1 .*, found \[-0.1\]": lambda _: seen(radii=-0.1),
     r"ids: expected 1, found 2": lambda _: seen(ids=["a", "b"]),
     r"velocities: expected finite": lambda _: seen(velocities=[(0, NAN)]),

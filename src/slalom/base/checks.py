@@ -26,6 +26,13 @@ MAX_HORIZON: Final = 5000.0
 Larger: predicted obstacles vanish within the horizon. Smaller: long horizons are refused.
 """
 
+LONGEST: Final = 1e7
+"""[m] Largest extent of a shape, and of a robot with its margin and its way within the horizon.
+
+At that length float64 has a resolution of 2e-9 m, a hundredth of CONTACT. Larger: CONTACT is not resolved, and a
+decision may not end. Smaller: scenes of aircraft are refused.
+"""
+
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -91,6 +98,12 @@ def number(value: float, name: str) -> float:
     if result.ndim:
         raise InvalidInput(f"{name}: expected one number, found shape {result.shape}")
     return float(not_huge(result, name))
+
+
+def not_long(length: float, name: str) -> None:
+    """Raise InvalidInput for a length above LONGEST [m]."""
+    if length > LONGEST:
+        raise InvalidInput(f"{name}: expected lengths of at most {LONGEST:g} m, found {length:g} m")
 
 
 def positive(value: float, name: str) -> float:

@@ -3,7 +3,6 @@
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path as FilePath
 from typing import Any, Final
@@ -11,7 +10,7 @@ from typing import Any, Final
 from slalom.base.errors import InvalidFile, InvalidInput, reason
 from slalom.base.registry import Tables, to_plain
 from slalom.decision.inputs import Commitment, DecisionInputs
-from slalom.decision.methods import method
+from slalom.decision.methods import variant_of
 from slalom.decision.objective import OBJECTIVES
 from slalom.decision.settings import Settings, names_of
 from slalom.forecast.forecast import FORECASTS
@@ -100,12 +99,10 @@ def _optional(part: Any, kinds: Mapping[str, type], where: str) -> dict[str, Any
 
 
 def _navigator(navigator: Settings) -> dict[str, Any]:
-    name = navigator.method.name
-    if replace(method(name), shared=False, looks_ahead=False) != navigator.method:
-        raise InvalidInput(f"method: expected one of the table of methods, found another one with the name {name!r}")
     loss, likely = navigator.risk.loss, navigator.risk.likely
     return {
-        "method": name,
+        "method": navigator.method.name,
+        "variant": variant_of(navigator.method),
         "shape": to_plain(navigator.robot, SHAPES, "robot"),
         "limits": to_plain(navigator.limits, tables=TABLES),
         **_named(navigator, (*names_of(Settings, float), *names_of(Settings, tuple))),

@@ -1,7 +1,7 @@
 """Table of methods: a method combines responses with a forecast."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -205,6 +205,13 @@ class _Stopping:
         return (*given, *shorter)
 
 
+VARIANTS: Final[Mapping[str, Callable[[Method], Method]]] = {
+    "among_robots": Method.among_robots,
+    "stopping": Method.stopping,
+}
+"""Operations that make a method of one in the table and keep its name, by their names."""
+
+
 _ROWS: Final = (
     Method(
         "vo",
@@ -296,6 +303,35 @@ def method(name: str) -> Method:
     plain, at, foresight = text(name, "name").partition("@")
     found = METHODS.find(plain, "method")
     return found.with_foresight(foresight) if at else found
+
+
+def derived(name: str, variant: str | None) -> Method:
+    """The method of this name, or what the operation `variant` of VARIANTS makes of it, for a robot that decides alone.
+
+    Raises:
+        InvalidInput: an unknown method or variant, or a method that the operation does not take.
+    """
+    found = method(name)
+    if variant is not None:
+        found = VARIANTS[known(variant, "variant", list(VARIANTS))](found)
+    return replace(found, shared=False, looks_ahead=False)
+
+
+def variant_of(found: Method) -> str | None:
+    """The name of the operation with which `derived` makes a method; None: of the method in the table itself.
+
+    Raises:
+        InvalidInput: a method that none of them makes.
+    """
+    row = method(found.name)
+    variant = None if found.responses == row.responses else "among_robots"
+    if isinstance(found.responses, _Stopping):
+        variant = "stopping"
+    if derived(found.name, variant) != found:
+        raise InvalidInput(
+            f"method: expected one of the table of methods, found another one with the name {found.name!r}"
+        )
+    return variant
 
 
 def margin_among(method: Method, margin: float, max_acceleration: float, time: float, noise: float = 0.0) -> float:

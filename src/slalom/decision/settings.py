@@ -20,6 +20,7 @@ from slalom.base.checks import (
     flag,
     has,
     listing,
+    not_long,
     not_negative,
     number,
     or_infinite,
@@ -124,7 +125,8 @@ class Settings:
         risk: what avoiding improbable futures of obstacles may cost, see `Obstacle.probability`.
 
     Raises:
-        InvalidInput: a setting of a wrong kind or out of its range; a period above the horizon.
+        InvalidInput: a setting of a wrong kind or out of its range; a period above the horizon; a robot with its
+            margin, or its way within the horizon, longer than 1e7 m.
     """
 
     method: Method
@@ -148,6 +150,8 @@ class Settings:
         check_fields(self)
         within_horizon(self.period, self.horizon)
         has(self.limits, *LIMITS, "limits")
+        not_long(self.robot.bounding_radius + self.margin, "robot with its margin")
+        not_long(self.limits.max_speed * self.horizon, "limits: way at max_speed within the horizon")
         has(self.objective, *OBJECTIVE, "objective")
         has(self.risk, ("loss", "likely"), "a Risk", "risk")
         if self.horizons is not None:

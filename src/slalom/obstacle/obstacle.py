@@ -18,6 +18,7 @@ from slalom.base.checks import (
     flag,
     has,
     known,
+    not_long,
     number,
     probability,
     short,
@@ -138,9 +139,9 @@ class Obstacle:
         owner: text that the futures of one obstacle have in common, and no other obstacle has; "": its name.
 
     Raises:
-        InvalidInput: no shape or trajectory, or two of different dimension; a heading in space, or an invalid one;
-            another word for `after_end`; a probability that is not above 0 and at most 1, or below 1 without a name
-            or owner.
+        InvalidInput: no shape or trajectory, or two of different dimension; a shape longer than 1e7 m; a heading in
+            space, or an invalid one; another word for `after_end`; a probability that is not above 0 and at most 1, or
+            below 1 without a name or owner.
     """
 
     shape: Shape
@@ -157,6 +158,7 @@ class Obstacle:
         text(self.name, "name")
         prefix = f"{self._named}: "
         has(self.shape, *SHAPE, f"{prefix}shape")
+        not_long(self.shape.bounding_radius, f"{prefix}shape")
         has(self.trajectory, *TRAJECTORY, f"{prefix}trajectory")
         if self.shape.dimension != self.trajectory.dimension:
             raise InvalidInput(

@@ -17,6 +17,7 @@ from slalom.base.checks import (
     has,
     listing,
     not_huge,
+    not_long,
     number,
     probability,
     whole_numbers,
@@ -110,6 +111,7 @@ class Tracks:
         radius = not_huge(array(radii, "radii"), "radii")
         if radius.shape not in ((), (n,)) or np.any(radius < 0.0):
             raise InvalidInput(f"radii: expected one or {n} of at least 0 m, found {np.atleast_1d(radius).tolist()}")
+        not_long(float(radius.max(initial=0.0)), "radii")
         listing(ids, "names", "ids")
         if len(ids) not in (0, n):
             raise InvalidInput(f"ids: expected {n}, found {len(ids)}")

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.tolerances import DEPTH
+from slalom.base.tolerances import DEPTH, RESOLVED
 from slalom.kernels.arrays import Array
 from slalom.kernels.jit import kernel
 
@@ -206,8 +206,13 @@ def first_below(stack: Array, width: float) -> float:
 def least(stack: Array, ceiling: float, accuracy: float) -> tuple[float, float]:
     """Least value of a squared distance where below `ceiling`, and its place (-1: nowhere below).
 
-    The root of the value found exceeds the root of the true minimum by at most `accuracy`.
+    The root of the value found exceeds the root of the true minimum by at most `accuracy`, or by the share RESOLVED of
+    the largest distance if that is more.
     """
+    largest = 0.0
+    for k in range(7):
+        largest = max(largest, stack[0, k])
+    accuracy = max(accuracy, RESOLVED * np.sqrt(largest))
     best = ceiling
     place = -1.0
     top = 0

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
-from slalom.base.tolerances import CLEARANCE, CONTACT
+from slalom.base.tolerances import CLEARANCE, CONTACT, RESOLVED
 from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, Segments
 from slalom.kernels.geometry.cubic import LEAST_WIDTH, restrict, value
 from slalom.kernels.geometry.gains import image, modulus_at
@@ -389,7 +389,7 @@ def least_along(separating: Array, gain: Array, cross: Array, u: Array) -> float
 # Contacts with a rounded convex hull along a segment: whether and when, the least distance, the deepest time.
 #
 # Spans of time are bisected until a bound or a distance decides. A control that slides along a hull at the distance 0
-# would be bisected without end: collisions less deep than CLEARANCE are not sought.
+# would be bisected without end: collisions less deep than CLEARANCE, or than a share of large lengths, are not sought.
 
 
 DEEPEST_SAMPLES: Final = 8
@@ -427,18 +427,33 @@ def pop(stack: Array, top: int) -> tuple[float, float, Direction, Direction]:
 
 
 @kernel
+def resolved(moving: MovingHull, accuracy: float) -> float:
+    """The `accuracy` [m], or the share RESOLVED of the largest length of path, corners and radius if that is more."""
+    hulls = moving.hulls
+    largest = max(abs(moving.radius), abs(moving.radius + moving.growth))
+    for j in range(4):
+        for axis in range(3):
+            largest = max(largest, abs(moving.path[j, axis]))
+    for k in range(hulls.first[moving.hull], hulls.first[moving.hull + 1]):
+        for axis in range(5):
+            largest = max(largest, abs(hulls.corners[k, axis]))
+    return max(accuracy, RESOLVED * largest)
+
+
+@kernel
 def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
-    """A place x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere by more than CLEARANCE."""
+    """A place x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere deeper than `resolved`."""
     early = hull_distance(moving, 0.0, q)
     late = hull_distance(moving, 1.0, q)
     if early[0] < 0.0 or late[0] < 0.0:
         return 0.0 if early[0] < 0.0 else 1.0
+    depth = resolved(moving, CLEARANCE)
     push(stack, 0, 0.0, 1.0, early, late)
     top = 0
     while top >= 0:
         a, width, early, late = pop(stack, top)
         top -= 1
-        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, early, late) >= -CLEARANCE:
+        if width < LEAST_WIDTH or distance_bound(moving, a, a + width, early, late) >= -depth:
             continue
         middle = a + 0.5 * width
         there = hull_distance(moving, middle, q)
@@ -452,7 +467,8 @@ def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
 
 @kernel
 def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -> float:
-    """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never by more than CLEARANCE."""
+    """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never deeper than `resolved`."""
+    depth = resolved(moving, CLEARANCE)
     stack[0, 0] = 0.0
     stack[0, 1] = 1.0
     top = 0
@@ -462,7 +478,7 @@ def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -
         top -= 1
         early = hull_distance(moving, a, q)
         late = hull_distance(moving, a + width, q)
-        if distance_bound(moving, a, a + width, early, late) >= -CLEARANCE:
+        if distance_bound(moving, a, a + width, early, late) >= -depth:
             continue
         if early[0] < 0.0 or (width < least and late[0] < 0.0):
             return float(a)
@@ -485,11 +501,12 @@ def hull_least(
     accuracy: float,
 ) -> float:
     """Least signed distance to the rounded hull where below `ceiling`, else `ceiling`; too large by at most
-    `accuracy`.
+    `accuracy`, see `resolved`.
     """
     early = hull_distance(moving, 0.0, q)
     late = hull_distance(moving, 1.0, q)
     best = min(ceiling, min(early[0], late[0]))
+    accuracy = resolved(moving, accuracy)
     push(stack, 0, 0.0, 1.0, early, late)
     top = 0
     while top >= 0:

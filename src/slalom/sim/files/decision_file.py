@@ -1,7 +1,6 @@
 """Reader of files of decisions, and their repetition."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
@@ -12,7 +11,7 @@ from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
 from slalom.decision.document import FORECAST_KINDS, FORMAT, RESPONSE_KINDS, result
 from slalom.decision.inputs import Approach
-from slalom.decision.methods import method
+from slalom.decision.methods import VARIANTS, derived
 from slalom.decision.navigator import Navigator
 from slalom.decision.settings import Risk, Settings
 from slalom.io.recorded import first_of
@@ -82,6 +81,7 @@ class NavigatorSpec(_Values):  # type: ignore[misc]  # derived
     """Keys of `Navigator` in the file of a decision."""
 
     method: Annotated[str, AfterValidator(known_method)]
+    variant: Literal[tuple(VARIANTS)] | None = None  # type: ignore[valid-type]  # a constant
     shape: ShapeModel
     limits: LimitsSpec
     objective: ObjectiveModel
@@ -92,8 +92,8 @@ class NavigatorSpec(_Values):  # type: ignore[misc]  # derived
         """The navigator. Raises InvalidInput for times that do not fit each other."""
         for name, mistake in unfit_times(self.horizon, self.period, 0.0, self.horizon, self.holds):
             raise InvalidInput(f"navigator.{'period' if name == 'duration' else name}: {mistake}")
-        values = {key: built(value) for key, value in self if key not in ("method", "shape")}
-        return Navigator(replace(method(self.method), shared=False, looks_ahead=False), built(self.shape), **values)
+        values = {key: built(value) for key, value in self if key not in ("method", "variant", "shape")}
+        return Navigator(derived(self.method, self.variant), built(self.shape), **values)
 
 
 class StateSpec(PartModel):
