@@ -27,7 +27,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
-from slalom.vehicle.navigator import VehicleDecision
+from slalom.vehicle.decision import VehicleDecision
 
 with Extra("irsim", __name__):
     from irsim.lib import register_behavior_class

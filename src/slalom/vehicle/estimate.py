@@ -17,8 +17,8 @@ Of x, y, heading, speed and turn, each in addition to the lag. Longer: the vehic
 measurements becomes turns of the vehicle, which a lag amplifies.
 """
 
-CORRECTED_WITHIN: Final = (0.05, 0.05, 0.2, 0.5)
-"""[m], [rad], [m/s], [rad/s or rad] Differences from the prediction beyond which the measured pose is taken as it is.
+CORRECTED_WITHIN: Final = (0.05, 0.08, 0.2, 0.5)
+"""[m, rad, m/s, rad/s] Differences from the prediction beyond which the measured pose is taken as it is.
 
 Larger: a push is noticed later. Smaller: rare large errors of measurements count in full.
 """

@@ -169,7 +169,7 @@ class DifferentialDrive(Vehicle):
         See `Vehicle` for the others.
 
     Raises:
-        InvalidInput: a value that is not above 0.
+        InvalidInput: a value that is not above 0; different lags of speed and turn.
     """
 
     track: Positive
@@ -182,6 +182,10 @@ class DifferentialDrive(Vehicle):
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.lags[0] != self.lags[1]:
+            raise InvalidInput(
+                f"lag: expected one lag, that of both wheels, found {self.lags[0]:g} and {self.lags[1]:g} s"
+            )
 
     @cached_property
     def wheels(self) -> Wheels:

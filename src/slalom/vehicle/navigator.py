@@ -4,8 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import ceil, hypot
-from pathlib import Path as FilePath
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,14 +13,11 @@ from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, has, no
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
-from slalom.decision.decision import Collision
 from slalom.decision.fallback import DEEPER_BY, is_moving
-from slalom.decision.inputs import Commitment
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Objective
 from slalom.decision.settings import SharedSettings
-from slalom.kernels.arrays import Bodies
 from slalom.kernels.vehicle.wheels import CREEPING, REST_WAY
 from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
@@ -29,12 +25,13 @@ from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenBrake
 from slalom.model.shape import Capsule, Disc, Shape
-from slalom.model.state import State
 from slalom.obstacle import Obstacle
+from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
-from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.obstacle.window import Obstacles
 from slalom.vehicle.curves import Way, ends
-from slalom.vehicle.estimate import PERSISTS, estimated, motion_at
+from slalom.vehicle.decision import Moment, Proposal, VehicleDecision
+from slalom.vehicle.estimate import PERSISTS, estimated
 from slalom.vehicle.following import (
     OFF_WAY,
     Following,
@@ -49,7 +46,7 @@ from slalom.vehicle.following import (
 )
 from slalom.vehicle.motion import manoeuvre_of
 from slalom.vehicle.sweep import Scene, convex_bodies
-from slalom.vehicle.vehicle import POSE, Command, Pose, Vehicle, pose_of
+from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import WayFound
 
 TINY: Final = 1e-12
@@ -119,110 +116,6 @@ Larger: more decisions compare them. Smaller: the vehicle creeps where it could 
 
 GAIN: Final = 0.1
 """[1] Share of the free way by which a held motion must come nearer to the goal than a plan. As of SLOW."""
-
-
-class Moment(NamedTuple):
-    """The inputs of one decision.
-
-    Attributes:
-        pose: of the vehicle when the decision acts. track: (m, 6) before that, see `VehicleDecision`.
-        state: of the point, at `pose`. goal: of the middle of the axle. aim: that of the point.
-        window: the `obstacles` on their predicted trajectories.
-        now: [s] when the decision acts. previous: the decision before; None at the start.
-        bodies: of the window. gaps: (b,) [m] of the body of the vehicle from each of them.
-        further: other arguments of decisions of the point.
-    """
-
-    pose: Pose
-    track: Array
-    state: State
-    obstacles: Obstacles
-    window: ObstacleWindow
-    goal: Goal | None
-    aim: Goal | None
-    now: float
-    previous: "VehicleDecision | None"
-    bodies: Bodies
-    gaps: Array
-    further: dict[str, Any]
-
-
-class Proposal(NamedTuple):
-    """A motion of the vehicle that is not judged yet.
-
-    Attributes:
-        motions: (k, 5), see `VehicleDecision`. manoeuvre: of the point. plan: the decision that it follows; None for
-            other manoeuvres. until: [s] the time up to which it is kept, if its motion is clear. way: that it follows.
-        outcome: of a motion on a way.
-    """
-
-    motions: Array
-    manoeuvre: Manoeuvre
-    plan: Decision | None = None
-    until: float | None = None
-    way: Following | None = None
-    outcome: Outcome = Outcome.CONTINUED
-
-
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class VehicleDecision(Decision):
-    """The command for a vehicle, and the resulting motion: a `Decision` for the point, judged by the body.
-
-    Attributes:
-        command: for the period from now on.
-        motions: (k, 5) position [m], heading [rad], speed [m/s] and turn of the vehicle under the commands, at the ends
-            of all periods up to the horizon, from `acts_at` on.
-        first_contact: [s] from then of the first contact of the body on that motion; inf if there is none.
-        acts_at: [s] time at which the command acts.
-        plan: the decision of the point, which the motion follows unless the outcome says otherwise.
-        until: [s] time up to which this motion is kept if it is clear; None: it may change at once.
-        track: (m, 6) time [s] and motion of the vehicle as it was and is predicted.
-        goal: of the middle of the axle. way: that it follows there; None if it follows none.
-        no_way: why a search found no way to the goal among obstacles at rest; None if it found one, or did not search.
-        See `Decision` for the others: the manoeuvre is that of the point.
-    """
-
-    command: Command
-    motions: Array
-    first_contact: float
-    acts_at: float
-    plan: Decision
-    until: float | None
-    track: Array
-    goal: Goal | None
-    way: Following | None
-    no_way: WayFound | None
-
-    @property
-    def commitment(self) -> Commitment:
-        """That of the plan of the point."""
-        return self.plan.commitment
-
-    @cached_property
-    def collision(self) -> Collision | None:
-        """The first predicted contact of the body: of the plan, if that has one; None for a safe decision."""
-        return None if self.safe else self.plan.collision
-
-    def as_dict(self) -> dict[str, Any]:
-        """As `Decision.as_dict`, with the command, the first contact of the body, and why there is no way."""
-        contact = None if self.first_contact == np.inf else self.acts_at + self.first_contact
-        return super().as_dict() | {
-            "command": {"speed": self.command.speed, "turn": self.command.turn},
-            "first_contact": contact,
-            "no_way": None if self.no_way is None else str(self.no_way),
-        }
-
-    def dump(self, file: FilePath | str) -> None:
-        """Refused: decision files hold robots that move in every direction; the `plan` of the point can be written.
-
-        Raises:
-            InvalidInput: always.
-        """
-        raise InvalidInput("decision: expected one of a Navigator for a file, found one of a vehicle; dump its plan")
-
-    def pose_at(self, now: float) -> Pose:
-        """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
-        return pose_of(motion_at(self.track, now))
 
 
 @dataclass(frozen=True)
@@ -380,6 +273,7 @@ class VehicleNavigator(SharedSettings):
         pose = pose_of(track[-1, 1:])
         state = self.vehicle.state(pose)
         window = self._navigators[0].predict(obstacles, state, acts)
+        same_dimension(window.dimension, 2, "obstacles", "pose")
         bodies = window.bodies(Disc(self.rounding))
         gaps = kernels.pose_gaps(pose.motion[:3], self.corners, bodies, bodies.hulls)
         aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
@@ -423,13 +317,15 @@ class VehicleNavigator(SharedSettings):
         The way that it is on comes first, also slowly and with a stop on it; then direct ones. A vehicle that stands,
         and is not on its way, searches among the obstacles at rest.
         """
-        goal, previous, motion = moment.goal, moment.previous, moment.pose.motion
+        goal, previous = moment.goal, moment.previous
+        motion = moment.pose.motion
         if goal is None or isinstance(goal, PathGoal) or not is_direct(self.vehicle, goal, moment.now):
             return None, None
-        waits = previous is None or previous.stalled < self.reverse_after
+        # Towards a place plans of the point lead around others; a vehicle that parks waits for them.
+        waits = goal.heading is not None and (previous is None or previous.stalled < self.reverse_after)
         before = None if previous is None else previous.way
         on_it = before is not None and before.error(moment.now, motion) <= OFF_WAY * self.vehicle.wheels.base
-        if before is not None and on_it and is_for(before, goal, moment.now):
+        if before is not None and on_it and is_for(before, goal, moment.now) and not self._missed(moment, before):
             found = self._along(moment, before, keep, waits)
             if found is not None:
                 return found, None
@@ -442,7 +338,8 @@ class VehicleNavigator(SharedSettings):
                     return found, None
         if previous is not None and previous.no_way is not None and same_goal(previous.goal, goal, moment.now):
             return None, previous.no_way
-        if abs(moment.pose.speed) > CREEPING or (waits and goal.heading is None):
+        stalls = previous is not None and previous.stalled >= self.reverse_after
+        if abs(moment.pose.speed) > CREEPING or not (stalls or goal.heading is not None):
             return None, None
         around = [one for _, one in self._at_rest(moment)]
         searched = search(self.vehicle, motion, goal, moment.now, self.body, self.center, around, self.margin)
@@ -451,12 +348,19 @@ class VehicleNavigator(SharedSettings):
         at_begin = begun(self.vehicle, motion, searched.way, goal, moment.now, careful=True)
         return self._along(moment, at_begin, keep, waits=True), None
 
+    def _missed(self, moment: Moment, way: Following) -> bool:
+        """Whether a vehicle stands at the end of a way, and not at the goal."""
+        pose = moment.pose
+        if way.place(moment.now)[0] < len(way.arcs) or abs(pose.speed) > CREEPING:
+            return False
+        return not way.goal.reached(pose.position, pose.velocity, moment.now, pose.heading)
+
     def _along(self, moment: Moment, way: Following, keep: Array, waits: bool) -> Proposal | None:
         """The fastest clear motion along a way; None if none is. waits: whether to stop on it is one."""
         # Places at rest may be entered as far as the body fits, such as docks.
         rests = np.array([one.at_rest for one in moment.window.obstacles], np.bool_)[moment.bodies.owner]
         least = np.where(rests, np.minimum(keep, ADVANCE_SHARE * self._contact_depth), keep)
-        for share in WAY_SPEEDS if waits else WAY_SPEEDS[:-1]:
+        for share in WAY_SPEEDS if waits else WAY_SPEEDS[:1]:
             fastest = share * self._navigators[0].limits.max_speed
             motions, on = followed(self.vehicle, moment.pose.motion, way, moment.now, fastest, self._periods)
             for outcome, kept in ((Outcome.KEPT, keep), (Outcome.SQUEEZED, least)):
@@ -495,7 +399,8 @@ class VehicleNavigator(SharedSettings):
     def _proposals(self, moment: Moment, leaves: bool) -> Iterator[Proposal]:
         """Motions in the order in which they are tried; `leaves`: of a body that overlaps obstacles."""
         previous = moment.previous
-        before, unsafe, made = None if previous is None else previous.plan, list[Decision](), list[Manoeuvre]()
+        before = None if previous is None else previous.plan
+        unsafe, made = list[Decision](), list[Manoeuvre]()
         for navigator in self._proposing(moment.pose):
             plan = navigator.decide(
                 moment.state, moment.obstacles, moment.aim, now=moment.now, previous=before, **moment.further
@@ -592,24 +497,43 @@ class VehicleNavigator(SharedSettings):
     def _leaving(self, moment: Moment, overlapped: Array) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps obstacles: no deeper into any, else by as little as possible.
 
-        Those that move are left out where it would otherwise hit another obstacle before it can stop.
+        Of the motions that are clear so, the first one is taken that ends outside of them, else the one that ends least
+        deep. Those that move are left out where it would otherwise hit another obstacle before it can stop.
         """
         moving = [k for k in overlapped.tolist() if is_moving(moment.window.obstacle(k), moment.now)]
         to_stop = self.period + abs(moment.pose.speed) / self._navigators[0].limits.braking
-        proposals = list(self._proposals(moment, leaves=True))
+        proposals = [*self._proposals(moment, leaves=True), *self._every_held(moment)]
+        inside = np.flatnonzero(moment.bodies.at_rest & (moment.gaps < -self._contact_depth))
+        ends = [float(self._gaps(moment, one.motions[-1])[inside].min()) for one in proposals]
+        chosen: Proposal | None = None
+        deepest = -np.inf
         for depth in DEEPER_BY:
             keep = self._kept(moment, depth)
-            found, best = self._latest(moment, proposals, keep)
-            if found < np.inf:
-                held = self._held(moment, keep, self._target(moment), np.inf, moves=False)
-                found, best = (found, best) if held is None else (np.inf, held)
-            if found < np.inf and moving:
-                without = np.where(np.isin(moment.bodies.owner, moving), -np.inf, keep)
-                if self._contact(moment, best.motions, without) <= to_stop:
-                    found, best = self._latest(moment, proposals, without)
-            if found == np.inf:
+            for one, end in zip(proposals, ends):
+                if end > deepest and self._contact(moment, one.motions, keep) == np.inf:
+                    chosen, deepest = one, min(end, -self._contact_depth)
+            if chosen is not None and deepest >= -self._contact_depth:
                 break
+        if chosen is not None:
+            return self._decided(moment, chosen, np.inf, Outcome.ESCAPING)
+        found, best = self._latest(moment, proposals, keep)
+        if moving:
+            without = np.where(np.isin(moment.bodies.owner, moving), -np.inf, keep)
+            if self._contact(moment, best.motions, without) <= to_stop:
+                found, best = self._latest(moment, proposals, without)
         return self._decided(moment, best, found, Outcome.ESCAPING)
+
+    def _every_held(self, moment: Moment) -> Iterator[Proposal]:
+        """All motions that hold a speed and a turn for the shortest time."""
+        periods = max(1, round(HELD_FOR[0] * self.horizon / self.period))
+        for speed, turn in self.vehicle.holds:
+            motions = kernels.held(self.vehicle.wheels, moment.pose.motion, speed, turn, periods, self._periods)
+            yield Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now))
+
+    def _gaps(self, moment: Moment, motion: Array) -> Array:
+        """The clearance (b,) [m] of the body at a motion (5,) from each obstacle where that is now."""
+        bodies = moment.bodies
+        return np.asarray(kernels.pose_gaps(motion[:3].copy(), self.corners, bodies, bodies.hulls))
 
     def _latest(self, moment: Moment, proposals: Iterable[Proposal], keep: Array) -> tuple[float, Proposal]:
         """The time of the first contact of the first clear motion, else of that with the latest one; and the motion."""
@@ -667,7 +591,8 @@ class VehicleNavigator(SharedSettings):
         no_way: WayFound | None = None,
     ) -> VehicleDecision:
         """The decision for a motion that was judged."""
-        plan, previous, motions = proposal.plan, moment.previous, proposal.motions
+        plan, motions = proposal.plan, proposal.motions
+        previous = moment.previous
         if no_way is None and proposal.way is None and previous is not None and moment.goal is not None:
             no_way = previous.no_way if same_goal(previous.goal, moment.goal, moment.now) else None
         base = plan

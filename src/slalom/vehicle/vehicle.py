@@ -228,9 +228,10 @@ class Vehicle(ABC):
         return Command(*(float(x) for x in kernels.commanded(self.wheels, motion, end[3], end[4])))
 
     def drive(self, pose: Pose, command: Command, duration: float | None = None) -> Pose:
-        """Pose after `duration` [s], by default the period, under a command: exact to rounding.
+        """Pose after `duration` [s], by default the period, under a command.
 
-        The vehicle goes no farther towards the command than its limits permit. Its `delay` is not simulated.
+        It is exact to rounding; with a lag, where no rate is a limit within the period. The vehicle goes no farther
+        towards the command than its limits permit. Its `delay` is not simulated.
 
         Raises:
             InvalidInput: something else than a Pose and a Command, or a duration below 0 or above the period.

@@ -20,7 +20,8 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle.occupancy import OccupancyTable
 from slalom.perception.tracker import Tracker
-from slalom.vehicle.navigator import VehicleDecision, VehicleNavigator
+from slalom.vehicle.decision import VehicleDecision
+from slalom.vehicle.navigator import VehicleNavigator
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Commands of a node to a robot, and their messages.

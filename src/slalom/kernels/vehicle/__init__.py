@@ -1,0 +1,1 @@
+"""Motions of vehicles on wheels, and the clearance of their bodies."""

@@ -111,6 +111,64 @@ def put_spot_turn(w: Wheels, m: Array, pose: Array, turn: float, result: Array) 
 
 
 @kernel
+def allowed_on_arc(
+    w: Wheels, arcs: Array, k: int, left: float, v: float, fastest: float, stops: bool, careful: bool
+) -> tuple[float, float]:
+    """Largest speed [m/s] with a distance `left` [m] on arc k at the speed v, and the curvature [1/m] to steer to.
+
+    The vehicle can stop where it has to, steers into the next arcs with an error of OFF_BY at most, and keeps the
+    largest acceleration in turns.
+    """
+    h = w.period
+    a = BRAKING * w.max_acceleration
+    bend = curvature(arcs, k)
+    speed = fastest if arcs[k, 0] > 0.0 or not w.steered else min(fastest, w.max_reverse)
+    if bend != 0.0:
+        speed = min(speed, np.sqrt(w.max_acceleration / abs(bend)))
+    rest = left
+    j = k
+    ends = stops_after(w, arcs, k, stops, careful)
+    while not ends and j + 1 < len(arcs):
+        after = curvature(arcs, j + 1)
+        change = abs(after - curvature(arcs, j))
+        time = h + w.lag + w.turn_lag
+        if w.steered:
+            turn = abs(np.arctan(w.base * after) - np.arctan(w.base * curvature(arcs, j)))
+            time += turn / w.max_turn_change
+        else:
+            time += change * fastest / w.max_turn_change
+        slow = np.sqrt(24.0 * OFF_BY * w.base / max(change, 1e-9)) / time
+        if j == k and left < 0.5 * max(v, 0.0) * time:
+            bend = after
+        speed = min(speed, np.sqrt(slow * slow + 2.0 * a * rest))
+        if after != 0.0:
+            speed = min(speed, np.sqrt(w.max_acceleration / abs(after) + 2.0 * a * rest))
+        j += 1
+        rest += abs(arcs[j, 0])
+        ends = stops_after(w, arcs, j, stops, careful)
+    if ends:
+        speed = min(speed, speed_to_stop(w, rest - 0.5 * h * max(v, 0.0), a, w.lag))
+    return speed, bend
+
+
+@kernel
+def put_on_arc(w: Wheels, m: Array, side: float, speed: float, bend: float, e: float, f: float, result: Array) -> None:
+    """The motion of a period at a speed [m/s] to a curvature [1/m], with the correction of errors e [m] and f [rad]."""
+    v = abs(m[3])
+    reach = max(FEEDBACK_WAY * w.base, FEEDBACK_SECONDS * v)
+    bend += -e / (reach * reach) - 2.0 * side * f / reach
+    turn = bend * side * speed
+    if w.steered:
+        turn = np.arctan(w.base * bend)
+        limited = min(max(turn, -w.max_turn), w.max_turn)
+        near = STEERED * w.max_turn + 0.5 * w.max_turn_change * w.period
+        if v < w.max_acceleration * w.period and abs(limited - m[4]) > near:
+            speed = 0.0
+    v, turn = within_limits(w, m, side * speed, turn)
+    drive(w, m, v, turn, 0.0, 1.0, result)
+
+
+@kernel
 def along_way(
     w: Wheels,
     start: Array,
@@ -130,8 +188,6 @@ def along_way(
         first: the arc that it is on at the start, and the distance `before` [m] that it has driven there.
         fastest: [m/s]. stops: whether it stands at the end; else it drives on straight. careful: see `stops_after`.
     """
-    h = w.period
-    a = BRAKING * w.max_acceleration
     motions = np.empty((count + 1, 5))
     at = np.empty(count + 1, np.int64)
     driven = np.empty(count + 1)
@@ -143,65 +199,29 @@ def along_way(
     row = 0
     while row < count:
         m = motions[row]
+        result = motions[row + 1]
+        ended = False
         if k == len(arcs):
             v, turn = within_limits(w, m, 0.0 if stops else fastest, m[4] if w.steered and stops else 0.0)
-            drive(w, m, v, turn, 0.0, 1.0, motions[row + 1])
+            drive(w, m, v, turn, 0.0, 1.0, result)
         elif arcs[k, 0] == 0.0:
-            if put_spot_turn(w, m, poses[k + 1], arcs[k, 1], motions[row + 1]):
-                k += 1
-                s = 0.0
-                continue
+            ended = put_spot_turn(w, m, poses[k + 1], arcs[k, 1], result)
         else:
             side = 1.0 if arcs[k, 0] > 0.0 else -1.0
-            length = abs(arcs[k, 0])
             s, e, f = on_arc(m, poses[k], arcs[k, 0], arcs[k, 1], s)
-            left = length - s
-            ends = stops_after(w, arcs, k, stops, careful)
+            left = abs(arcs[k, 0]) - s
             v = side * m[3]
-            if left < (ENDED * w.base if ends else 0.0) and (not ends or abs(v) * h < ENDED * w.base):
-                k += 1
-                s = 0.0
-                continue
-            speed = fastest if side > 0.0 or not w.steered else min(fastest, w.max_reverse)
-            bend = curvature(arcs, k)
-            if bend != 0.0:
-                speed = min(speed, np.sqrt(w.max_acceleration / abs(bend)))
-            rest = left
-            j = k
-            while not ends and j + 1 < len(arcs):
-                after = curvature(arcs, j + 1)
-                change = abs(after - curvature(arcs, j))
-                time = h + w.lag + w.turn_lag
-                if w.steered:
-                    time += abs(np.arctan(w.base * after) - np.arctan(w.base * curvature(arcs, j))) / w.max_turn_change
-                else:
-                    time += change * fastest / w.max_turn_change
-                slow = np.sqrt(24.0 * OFF_BY * w.base / max(change, 1e-9)) / time
-                if j == k and left < 0.5 * max(v, 0.0) * time:
-                    bend = after
-                speed = min(speed, np.sqrt(slow * slow + 2.0 * a * rest))
-                if after != 0.0:
-                    speed = min(speed, np.sqrt(w.max_acceleration / abs(after) + 2.0 * a * rest))
-                j += 1
-                rest += abs(arcs[j, 0])
-                ends = stops_after(w, arcs, j, stops, careful)
-            if ends:
-                speed = min(speed, speed_to_stop(w, rest - 0.5 * h * max(v, 0.0), a, w.lag))
-            reach = max(FEEDBACK_WAY * w.base, FEEDBACK_SECONDS * abs(v))
-            bend += -e / (reach * reach) - 2.0 * side * f / reach
-            if w.steered:
-                turn = np.arctan(w.base * bend)
-                limited = min(max(turn, -w.max_turn), w.max_turn)
-                if (
-                    abs(v) < w.max_acceleration * h
-                    and abs(limited - m[4]) > STEERED * w.max_turn + 0.5 * w.max_turn_change * h
-                ):
-                    speed = 0.0
-                v, turn = within_limits(w, m, side * speed, turn)
-            else:
-                v, turn = within_limits(w, m, side * speed, bend * side * speed)
-            drive(w, m, v, turn, 0.0, 1.0, motions[row + 1])
-        row += 1
-        at[row] = k
-        driven[row] = s
+            ends = stops_after(w, arcs, k, stops, careful)
+            near = ENDED * w.base
+            ended = left < (near if ends else 0.0) and (not ends or abs(v) * w.period < near)
+            if not ended:
+                speed, bend = allowed_on_arc(w, arcs, k, left, v, fastest, stops, careful)
+                put_on_arc(w, m, side, speed, bend, e, f, result)
+        if ended:
+            k += 1
+            s = 0.0
+        else:
+            row += 1
+            at[row] = k
+            driven[row] = s
     return motions, at, driven
