@@ -8,10 +8,11 @@ import numpy as np
 from slalom import kernels
 from slalom.base.checks import Array
 from slalom.kernels.arrays import Indices
+from slalom.kernels.vehicle.wheels import CREEPING
 from slalom.model.goal import Goal
 from slalom.model.shape import Shape
 from slalom.obstacle import Obstacle
-from slalom.vehicle.curves import Way, dubins, ends, reeds_shepp, to_place, turn_and_drive
+from slalom.vehicle.curves import Way, dubins, ends, reeds_shepp, reversals, to_place, turn_and_drive
 from slalom.vehicle.sweep import outline
 from slalom.vehicle.vehicle import Vehicle
 from slalom.vehicle.ways import WayFound, way_among
@@ -34,6 +35,12 @@ Smaller: more new ways. Larger: errors.
 
 MOST_POSES: Final = 2000
 """[1] Poses at which a search for a way ends, after 1 to 3 s. More: ways in narrower places, and longer waiting."""
+
+AS_QUICK: Final = 1.2
+"""[1] Ways to a place that take up to this many times as long as the quickest are tried.
+
+Larger: vehicles drive backwards, or around, where others only pass. Smaller: fewer ways.
+"""
 
 SAME_PLACE: Final = 0.1
 """[1] Distance, in tolerances of a goal, within which a goal is the same as before. Larger: ways that end beside it."""
@@ -98,7 +105,10 @@ def is_direct(vehicle: Vehicle, goal: Goal, now: float) -> bool:
 
 
 def direct_ways(vehicle: Vehicle, motion: Array, goal: Goal, now: float) -> list[Way]:
-    """Ways from a motion (5,) to a goal at rest, the shortest first, whatever is in the way."""
+    """Ways from a motion (5,) to a goal at rest, the quickest first, whatever is in the way.
+
+    To a place only those that take about as long as the quickest: plans of the point lead around others.
+    """
     pose, place = motion[:3], goal.position(now)
     radius, backs = RADIUS_SLACK * vehicle.least_radius, vehicle.backs
     if goal.heading is None:
@@ -109,7 +119,20 @@ def direct_ways(vehicle: Vehicle, motion: Array, goal: Goal, now: float) -> list
             found = turn_and_drive(pose, end)
         else:
             found = reeds_shepp(pose, end, radius) if backs else dubins(pose, end, radius)
-    return found[:DIRECT_WAYS]
+    times = [duration(vehicle, way) for way in found]
+    order = sorted(range(len(found)), key=lambda k: times[k])
+    if goal.heading is None:
+        order = [k for k in order if times[k] <= AS_QUICK * times[order[0]]]
+    return [found[k] for k in order[:DIRECT_WAYS]]
+
+
+def duration(vehicle: Vehicle, way: Way) -> float:
+    """The time [s] of a way at the largest speeds, with a stop at each change of direction."""
+    forwards, fastest = vehicle.limits.max_speed, vehicle.limits.max_acceleration
+    backwards = forwards if vehicle.turns_on_spot else max(vehicle.wheels.max_reverse, CREEPING)
+    driven = sum(arc.length / forwards if arc.length > 0.0 else -arc.length / backwards for arc in way)
+    turned = sum(abs(arc.turn) / vehicle.wheels.max_turn for arc in way if arc.length == 0.0)
+    return driven + turned + reversals(way) * (forwards + backwards) / fastest
 
 
 def search(
