@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
+from itertools import product
 from multiprocessing import get_context
 from time import perf_counter, process_time
 from typing import Final
@@ -139,13 +140,15 @@ def vehicles() -> None:
     goals = [Goal(place, 0.2, True), Goal(place, 0.2, True, heading=0.3), PathGoal([(0.0, 0.0), (5.0, 0.0)])]
     for car in (DifferentialDrive(0.4, 1.0, 2.0), Bicycle(0.4, 0.6, 3.0, 1.0, 1.0, max_reverse_speed=0.5)):
         robot = VehicleNavigator(car, METHODS["nao"], Rectangle(0.6, 0.4), horizon=1.0)
-        for goal in goals:
+        for goal, around in product(goals, ([], [disc], [walls, disc])):
             pose, decision = start, None
             for now in (0.0, 0.1):
-                decision = robot.decide(pose, [walls, disc], goal, now=now, previous=decision)
+                decision = robot.decide(pose, around, goal, now=now, previous=decision)
                 pose = car.drive(pose, decision.command)
         for y in (0.4, 0.6):
-            robot.decide(start, [Obstacle(Disc(0.3), Stationary((0.3, y))), walls], goals[0])
+            rock = Obstacle(Disc(0.3), Stationary((0.3, y)))
+            for around in ([rock], [rock, walls]):
+                robot.decide(start, around, goals[0])
 
 
 def look_ahead() -> None:

@@ -983,7 +983,8 @@ def test_compile_says_what_it_has_done(say: Say) -> None:
     said = say("compile", "everything")
     assert said.code == 2
     assert (
-        said.err == "uses: expected one of robot, polygons, fleets, space, ahead, crowd, figures; found 'everything'\n"
+        said.err
+        == "uses: expected one of robot, polygons, fleets, space, vehicles, ahead, crowd, figures; found 'everything'\n"
     )
 
 

@@ -519,6 +519,12 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     ),
     r"obstacles\[0\]: expected a valid geometry of shapely": lambda _: way_among((0, 0, 0), (1, 1), DISC, [DISC], 1.0),
     r"max_steering: expected less than pi / 2": lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
+    r"lag: expected one lag, that of both wheels, found 0\.1 and 0\.2 s": lambda _: DifferentialDrive(
+        0.4, 1.0, 2.0, lag=(0.1, 0.2)
+    ),
+    r"decision: expected one of a Navigator for a file, found one of a vehicle": lambda folder: (
+        VehicleNavigator(DRIVE, NAO, DISC).decide(Pose((0, 0), 0.0), [], TO_STOP).dump(folder / "decision.json")
+    ),
     r"body: expected one convex shape in the plane, found Ball": lambda _: VehicleNavigator(DRIVE, NAO, Ball(1.0)),
     r"probability: expected a number above 0 of at most 1, found 1\.1": lambda _: Obstacle(
         Disc(1), Stationary((9, 0)), "a", probability=1.1

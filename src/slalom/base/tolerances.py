@@ -46,11 +46,11 @@ CLEARANCE: Final = 1e-9
 Larger: faster, less exact reports. Smaller: motions along a wall take longer. It must stay well below CONTACT.
 """
 
-RESOLVED: Final = 1e-12
+RESOLVED: Final = 1e-14
 """[1] Share of the largest length in a distance to which the distance is sought, where that exceeds CLEARANCE.
 
-It acts on lengths above CLEARANCE / RESOLVED = 1 km. Larger: distances of large bodies are less exact. Smaller: motion
-along a large body takes longer; below about 1e-15 rounding errors are compared, and a bisection does not end.
+It acts on lengths above CLEARANCE / RESOLVED = 100 km. Larger: distances of large bodies are less exact. Smaller:
+motion along a large body takes longer; below about 1e-15 rounding errors are compared, and a bisection does not end.
 """
 
 TIME: Final = 1e-9
