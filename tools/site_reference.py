@@ -40,6 +40,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         *("State", "Limits"),
         *("Goal", "PathGoal", "METHODS", "Method", "method", "compile", "work_per_second"),
     ),
+    "The loop around decisions": ("Driver", "Drive", "DriveStatus"),
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
         *("Obstacle", "Headings", "ObstacleTable", "OccupancyTable", "occupancy", "read_map", "ObstacleWindow"),
