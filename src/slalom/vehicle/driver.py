@@ -1,6 +1,6 @@
 """The loop around a navigator: states, detections, walls and goals in, a command with its status out."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import atan2, ceil, cos, dist, pi, sin
@@ -15,8 +15,10 @@ from slalom.base.checks import (
     Positive,
     check_fields,
     has,
+    listing,
     not_before,
     not_negative,
+    number,
     or_infinite,
     positive,
 )
@@ -66,6 +68,10 @@ ERROR_STEP: Final = 0.02
 
 RECOVERED_SHARE: Final = 0.25
 """[1] Tolerance of the end of a recovery, as a share of the way back."""
+
+
+DETECTED: Final = 6
+"""[1] Arguments of `Tracker.update` after the time."""
 
 
 class DriveStatus(Enum):
@@ -140,6 +146,7 @@ class Driver:
     _seen: float | None = field(default=None, init=False, repr=False)
     _last: Any = field(default=None, init=False, repr=False)
     _on_way: Any = field(default=None, init=False, repr=False)
+    _braking: tuple[float, Any] | None = field(default=None, init=False, repr=False)
     _recovery: _Recovery | None = field(default=None, init=False, repr=False)
     _tried: int = field(default=0, init=False, repr=False)
     _stuck: Approach | None = field(default=None, init=False, repr=False)
@@ -168,15 +175,21 @@ class Driver:
         since = -np.inf if self._state is None else self._state[1]
         self._state = state, not_before(t, since, "t", "a state"), not_negative(error, "error")
 
-    def see(self, t: float, detections: Iterable[tuple[Any, ...]] = ()) -> int:
+    def see(self, t: float, detections: Sequence[Sequence[Any]] = ()) -> int:
         """Take what was detected at time `t` [s]; the number of detections that were too old, or came before.
 
         detections: each (id, position), and further arguments of `Tracker.update` in its order. None of them means that
             nothing is there: obstacles that are known are predicted up to their `max_age`.
 
         Raises:
-            InvalidInput: as `Tracker.update`.
+            InvalidInput: as `Tracker.update`; something else than a list of them.
         """
+        number(t, "t")
+        listing(detections, "detections", "detections")
+        for k, each in enumerate(detections):
+            listing(each, "(id, position), and arguments of Tracker.update", f"detections[{k}]")
+            if not 2 <= len(each) <= DETECTED:
+                raise InvalidInput(f"detections[{k}]: expected 2 to {DETECTED} values, found {len(each)}")
         used = [self.tracker.update(t, *each) for each in detections]
         self._seen = t if self._seen is None else max(t, self._seen)
         return len(used) - sum(used)
@@ -208,7 +221,8 @@ class Driver:
             obstacles: others than walls and tracks. further: arguments of `Navigator.decide`, such as robots or budget.
 
         Raises:
-            InvalidInput: a time before that of the state or of the last command; what the navigator refuses.
+            InvalidInput: a time before that of the state or of the last command, except of one without a state in
+                time; what the navigator refuses.
         """
         if self._state is None:
             still: Any = np.zeros(self.navigator.robot.dimension)
@@ -217,13 +231,14 @@ class Driver:
         state, measured, error = self._state
         age = not_before(now, measured, "now", "the state") - measured
         if age > self.state_timeout + TIME:
+            self._braking = (now, self._last if self._braking is None else self._braking[1])
             objective = FollowVelocity(np.zeros(self.navigator.robot.dimension))
-            return self._drive(
-                DriveStatus.NO_STATE,
-                self._decided(self._predicted(now), (), None, now=now, objective=objective),
-                now,
-                f"the last one is {age:.2f} s old, {self.state_timeout:g} s are allowed",
-            )
+            decision = self._decided(self._predicted(now), (), None, now=now, objective=objective)
+            detail = f"the last one is {age:.2f} s old, {self.state_timeout:g} s are allowed"
+            return self._drive(DriveStatus.NO_STATE, decision, now, detail)
+        if self._braking is not None and now <= self._braking[0]:
+            self._last = self._braking[1]
+        self._braking = None
         known = [each for each in listed(self.walls) if not hasattr(each, "__len__") or len(each)]
         around = [*known, *self.tracker.at(now), *listed(obstacles)]
         status, detail = self._situation(now)

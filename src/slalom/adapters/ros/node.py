@@ -73,6 +73,10 @@ more often than once a period, if odometry does.
 """
 
 
+LATE: Final = 1000
+"""[ns] after the timeout of odometry at which the first command to brake is made. 0: rounding decides whether it is."""
+
+
 FOREVER: Final = 1 << 63
 """[ns] A time that does not come."""
 
@@ -125,7 +129,7 @@ class Node:
     _known: OccupancyTable | None = field(default=None, init=False, repr=False)
     _grid: tuple[Any, ...] | None = field(default=None, init=False, repr=False)
     _first: int | None = field(default=None, init=False, repr=False)
-    _decided: int | None = field(default=None, init=False, repr=False)  # [ns] time of the last decision
+    _decided: int | None = field(default=None, init=False, repr=False)  # [ns] at odometry, the last time
     _odometry: tuple[int, Odometry] | None = field(default=None, init=False, repr=False)  # [ns] of receipt
     _due: int = field(default=0, init=False, repr=False)  # [ns] of receipt, of the next command without odometry
 
@@ -254,10 +258,11 @@ class Node:
         state = seen.pose if wheels else State(seen.position, seen.velocity)
         driver.locate(self._since_first(seen.stamp), state, self.sigmas * seen.error)
         received = seen.stamp if at is None else at
-        self._odometry, self._due = (received, seen), received + ceil(driver.state_timeout * SECOND) + 1
+        self._odometry, self._due = (received, seen), received + ceil(driver.state_timeout * SECOND) + LATE
         since = np.inf if self._decided is None else seen.stamp - self._decided
         if self._goal is None or since < EARLY_DECISION * driver.navigator.period * SECOND:
             return None
+        self._decided = seen.stamp
         return self._command(seen, seen.stamp)
 
     def _command(self, seen: Odometry, stamp: int) -> Command:
@@ -269,7 +274,6 @@ class Node:
             driver.head_for(goal)
         driver.walls, now = self.map, self._since_first(stamp)
         drive = driver.command(now)
-        self._decided = stamp
         assert drive.decision is not None
         body = Placement(seen.position, seen.heading).axes
         acceleration = drive.decision.manoeuvre.mean_acceleration(now, period) @ body
