@@ -157,11 +157,14 @@ def test_an_update_of_a_map_gives_the_map_that_the_whole_grid_gives():
     node.receive(first)
     part = np.array([[100, 0], [100, 100]])
     node.receive(grid_update(part, 3, 1))
+    node.receive(goal_pose(9.0, 0.0))
+    node.receive(odom(10.0))
     cells[1:3, 3:5] = part
     whole = occupancy_grid(grid(cells), 65, False)
-    assert np.array_equal(node.map[0].rectangles, whole.rectangles)
+    assert np.array_equal(node.driver.walls.rectangles, whole.rectangles)
     node.receive(first)
-    assert not len(node.map[0]), "it is published again as it was before the update"
+    node.receive(odom(10.1))
+    assert not len(node.driver.walls), "it is published again as it was before the update"
 
 
 def test_without_odometry_the_node_brakes_to_rest():
@@ -299,13 +302,13 @@ def test_a_map_and_a_goal_follow_the_transform_of_their_frame():
     shown.header = header(frame="map")
     node.receive(shown)
     node.receive(goal_pose(5.0, 0.0, "map"))
-    before, first = node.receive(odom(10.0)), node.map[0]
-    assert node.map[0] is first
+    before, first = node.receive(odom(10.0)), node.driver.walls
+    assert node.receive(odom(10.1)).decision.inputs.obstacles[0] is first
     node.receive(transform("odom", "map", 0.0, 3.0, 0.0))
-    after = node.receive(odom(10.1))
+    after = node.receive(odom(10.2))
     goals = [each.decision.inputs.goal.position(0.0).tolist() for each in (before, after)]
     assert goals == [[5.0, 0.0], [5.0, 3.0]]
-    assert node.map[0].given[0].trajectory.initial_position.tolist() == [0.25, 3.25]
+    assert node.driver.walls.given[0].trajectory.initial_position.tolist() == [0.25, 3.25]
 
 
 def test_a_new_path_begins_at_its_own_start():

@@ -172,9 +172,10 @@ def test_a_drive_whose_goal_is_walled_in_says_so():
     drives = one.run(25.0)
     assert drives[-1].status is S.NEEDS_PATH
     assert str(drives[-1].decision.no_way) in drives[-1].sentence
-    one.driver.walls = table(CLOSED[:1])
-    one.driver.head_for(Goal(Stationary((9.0, 3.0)), 0.2, stop=True))
-    assert one.run(20.0)[-1].status is S.ARRIVED
+    one.driver.head_for(Goal(Stationary((9.0, 3.0)), 0.2, stop=True, heading=0.0))
+    assert one.step().status is S.NEEDS_PATH, "the same goal again changes nothing"
+    one.driver.walls = table([*CLOSED[:1], [(5, 0), (5, 2)], [(5, 4), (5, 12)]])
+    assert one.run(60.0)[-1].status is S.ARRIVED, "another map does"
 
 
 def test_a_longer_path_is_another_way():

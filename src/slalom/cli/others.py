@@ -287,9 +287,7 @@ def replay(
             else:
                 bags.write_bag(bags.as_sent(commands), out)
     if figure is not None:
-        from slalom.adapters.ros.topics import figure as drawn
-
-        (look or Look()).save(drawn(commands, made.driver.navigator.robot), figure)
+        (look or Look()).save(bags.figure(commands, made.driver.navigator.robot), figure)
     result = {
         "bag": str(bag),
         "commands": len(commands),

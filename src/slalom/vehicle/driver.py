@@ -35,6 +35,7 @@ from slalom.model.trajectory import Stationary
 from slalom.obstacle.window import Obstacles, listed
 from slalom.perception.tracker import Tracker
 from slalom.vehicle.decision import VehicleDecision
+from slalom.vehicle.following import same_goal
 from slalom.vehicle.navigator import VehicleNavigator
 from slalom.vehicle.vehicle import POSE, Command, Pose
 
@@ -71,7 +72,7 @@ RECOVERED_SHARE: Final = 0.25
 
 
 DETECTED: Final = 6
-"""[1] Arguments of `Tracker.update` after the time."""
+"""[1] Values of a detection at most: the arguments of `Tracker.update` after the time, from the id to the heading."""
 
 
 class DriveStatus(Enum):
@@ -150,6 +151,7 @@ class Driver:
     _recovery: _Recovery | None = field(default=None, init=False, repr=False)
     _tried: int = field(default=0, init=False, repr=False)
     _stuck: Approach | None = field(default=None, init=False, repr=False)
+    _searched: tuple[Any, float] | None = field(default=None, init=False, repr=False)  # walls without a way, and when
     _wider: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -197,22 +199,33 @@ class Driver:
     def head_for(self, goal: Goal | None) -> None:
         """Take a goal or a path in place of the one before; None: come to rest.
 
-        A path with the same points goes on, and another one begins where the robot is nearest to it. A recovery goes on
-        if the new goal is at the same place, unless its path is longer by more than 1 m.
+        A path with the same points goes on, and another one begins where the robot is nearest to it. A robot that is
+        stuck stays so if the new goal is at the same place, unless its path is longer by more than 1 m.
         """
         if goal is not None:
             has(goal, *GOAL, "goal")
-        before, self.goal, self.arrived = self.goal, goal, False
-        if self._state is not None and isinstance(before, PathGoal) and isinstance(goal, PathGoal):
-            place = self._state[0].position
-            left, rest = (each.length - each.nearest(place, 0.0, each.length) for each in (goal, before))
-            same = left <= rest + OTHER_WAY and dist(goal.points[-1], before.points[-1]) <= goal.tolerance
-        else:
-            same = goal is before
-        if not same:
-            self._recovery, self._tried, self._stuck = None, 0, None
+        before, self.goal = self.goal, goal
+        self.arrived = False
+        if not self._is_same(before, goal):
+            self._tried = 0
+            self._recovery = self._stuck = self._searched = None
             if self._last is not None:
                 self._last = _resumed(self._last, self._last)
+
+    def _is_same(self, before: Goal | None, goal: Goal | None) -> bool:
+        """Whether a goal is at the place of the one before, on no longer way."""
+        if (
+            self._state is None
+            or before is None
+            or goal is None
+            or isinstance(before, PathGoal) != isinstance(goal, PathGoal)
+        ):
+            return False
+        if isinstance(before, PathGoal) and isinstance(goal, PathGoal):
+            place = self._state[0].position
+            left, rest = (each.length - each.nearest(place, 0.0, each.length) for each in (goal, before))
+            return left <= rest + OTHER_WAY and dist(goal.points[-1], before.points[-1]) <= goal.tolerance
+        return same_goal(before, goal, self._state[1])
 
     def command(self, now: float, obstacles: Obstacles = (), **further: Any) -> Drive:
         """The command for the period from `now` [s] on.
@@ -249,9 +262,13 @@ class Driver:
             return self._drive(status, self._decided(state, around, None, **further), now, detail)
         if recovery is not None:
             return self._drive(recovery.status, self._decided(state, around, recovery.goal, **further), now, detail)
-        if self._last is not None and self._last is not self._on_way:
+        changed = self._searched is not None and self.walls is not self._searched[0]
+        again = changed and self._searched is not None and now >= self._searched[1] + RETRY
+        if self._last is not None and (again or self._last is not self._on_way):
             self._last = _resumed(self._last, self._on_way or self._last)
         self._on_way = self._decided(state, around, self.goal, **further)
+        if self._searched is None or again:
+            self._searched = None if getattr(self._on_way, "no_way", None) is None else (self.walls, now)
         if status is DriveStatus.DRIVING:
             status = self._progress(self._on_way, now)
         return self._drive(status, self._on_way, now, detail)

@@ -272,7 +272,9 @@ class Node:
         goal = self._goal.at(self.frames, "goal")
         if goal is not driver.goal:
             driver.head_for(goal)
-        driver.walls, now = self.map, self._since_first(stamp)
+        if self._map is not None:
+            driver.walls = self._map.at(self.frames, "grid")
+        now = self._since_first(stamp)
         drive = driver.command(now)
         assert drive.decision is not None
         body = Placement(seen.position, seen.heading).axes
@@ -282,8 +284,3 @@ class Node:
         else:
             linear, angular = drive.command @ body, 0.0
         return Command(stamp, linear, angular, acceleration, drive.decision, drive.status, drive.sentence)
-
-    @property
-    def map(self) -> list[OccupancyTable]:
-        """The map as obstacles in the fixed frame; none before a map came."""
-        return [] if self._map is None else [self._map.at(self.frames, "grid")]
