@@ -29,6 +29,7 @@ from slalom.decision.inputs import Approach
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import FollowVelocity
 from slalom.model.goal import Goal
+from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
@@ -56,7 +57,7 @@ BACK_BY: Final = 2.0
 """[1] Distance by which a robot backs up, in radii of the disc about it. Smaller: it does not leave a narrow place."""
 
 FACES: Final = 0.35
-"""[rad] A robot does not turn on the spot to what lies within this angle ahead. Smaller: turns without effect."""
+"""[rad] A robot faces what lies within this angle ahead. Larger: it keeps its view. Smaller: turns without effect."""
 
 OTHER_WAY: Final = 1.0
 """[m] A path that is longer than the rest of the one before by more than this is another way: progress begins anew.
@@ -68,7 +69,7 @@ ERROR_STEP: Final = 0.02
 """[m] The margin grows with the error of the position in steps. Smaller: more navigators are made."""
 
 RECOVERED_SHARE: Final = 0.25
-"""[1] Tolerance of the end of a recovery, as a share of the way back."""
+"""[1] Tolerance of the end of the way back, as a share of it. Larger: it hardly backs up. Smaller: it takes longer."""
 
 
 DETECTED: Final = 6
@@ -320,7 +321,7 @@ class Driver:
             if gained or dist(approach.target, stuck.target) > self.goal.tolerance:
                 self._stuck, self._tried = None, 0
         no_way = getattr(decision, "no_way", None)
-        rests = float(np.linalg.norm(decision.manoeuvre.velocity(now))) <= SLOW * self._max_speed
+        rests = float(np.linalg.norm(decision.manoeuvre.velocity(now))) <= SLOW * self._limits.max_speed
         again = (self._tried > 0 or no_way is not None) and rests and decision.stalled >= RETRY
         if (again or decision.stuck) and self._tried <= len(RECOVERIES):
             self._stuck = self._stuck or approach
@@ -334,10 +335,10 @@ class Driver:
         return DriveStatus.NEEDS_PATH if self._tried > len(RECOVERIES) else DriveStatus.DRIVING
 
     @property
-    def _max_speed(self) -> float:
-        """Largest speed [m/s] of the point that decides."""
+    def _limits(self) -> Limits:
+        """The limits of the robot, of a vehicle those of the point that decides."""
         navigator = self.navigator
-        return (navigator.vehicle if isinstance(navigator, VehicleNavigator) else navigator).limits.max_speed
+        return (navigator.vehicle if isinstance(navigator, VehicleNavigator) else navigator).limits
 
     def _ahead(self, decision: Decision, now: float) -> Array:
         """Direction [m] of what the robot heads for."""
@@ -345,7 +346,7 @@ class Driver:
         assert self.goal is not None
         target = self.goal.position(now)
         if isinstance(self.goal, PathGoal) and decision.progress is not None:
-            further = decision.progress + self.goal.lookahead * self._max_speed
+            further = decision.progress + self.goal.lookahead * self._limits.max_speed
             target = self.goal.point(min(further, self.goal.length))
         return np.asarray(target - self._state[0].position)
 
@@ -354,10 +355,10 @@ class Driver:
         if not isinstance(self.navigator, VehicleNavigator) or not self.navigator.vehicle.turns_on_spot:
             return None
         assert self._state is not None
-        pose, bearing = self._state[0], atan2(ahead[1], ahead[0])
-        if abs((bearing - pose.heading + pi) % (2.0 * pi) - pi) <= FACES:
+        bearing = atan2(ahead[1], ahead[0])
+        if abs((bearing - self._state[0].heading + pi) % (2.0 * pi) - pi) <= FACES:
             return None
-        return DriveStatus.TURNING, self._place(pose.position, bearing)
+        return DriveStatus.TURNING, self._behind(np.zeros(2), bearing, 1.0)
 
     def _backing(self, ahead: Array) -> tuple[DriveStatus, Goal] | None:
         """To a place behind a vehicle that reverses, or away from what is ahead."""
@@ -368,11 +369,18 @@ class Driver:
                 return None
             heading, ahead = state.heading, np.array([cos(state.heading), sin(state.heading)])
         way = ahead / max(float(np.linalg.norm(ahead)), TIME)
-        return DriveStatus.BACKING, self._place(state.position - BACK_BY * self._radius * way, heading)
+        return DriveStatus.BACKING, self._behind(BACK_BY * self._radius * way, heading, RECOVERED_SHARE)
 
-    def _place(self, position: Array, heading: float | None) -> Goal:
-        """A goal of a recovery."""
-        return Goal(Stationary(position), RECOVERED_SHARE * BACK_BY * self._radius, True, heading)
+    def _behind(self, way: Array, heading: float | None, share: float) -> Goal:
+        """The goal of a recovery: a way (d,) [m] behind where the robot can come to rest.
+
+        share: [1] its tolerance, in ways back.
+        """
+        assert self._state is not None
+        state = self._state[0]
+        rest = 0.5 * float(np.linalg.norm(state.velocity)) / self._limits.braking
+        place = Stationary(state.position + rest * state.velocity - way)
+        return Goal(place, share * BACK_BY * self._radius, True, heading, FACES)
 
     @property
     def _radius(self) -> float:
