@@ -1,9 +1,9 @@
 """The loop around a navigator: states, detections, walls and goals in, a command with its status out."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import atan2, ceil, cos, dist, pi, sin
+from math import atan2, ceil, dist, pi
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -29,7 +29,6 @@ from slalom.decision.inputs import Approach
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import FollowVelocity
 from slalom.model.goal import Goal
-from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
@@ -50,6 +49,9 @@ SLOW: Final = 0.1
 """[1] Share of its largest speed below which a robot rests that may be stuck again. Larger: one that turns away counts.
 """
 
+RECOVERIES: Final = 2
+"""[1] Recoveries that are tried: to turn, and to back up. More: it asks for a path later."""
+
 RECOVERY_TIME: Final = 5.0
 """[s] after which a recovery ends at the latest. Larger: it waits longer where it cannot move at all."""
 
@@ -68,7 +70,7 @@ Larger: a robot on a detour counts as stuck. Smaller: one whose planner has this
 ERROR_STEP: Final = 0.02
 """[m] The margin grows with the error of the position in steps. Smaller: more navigators are made."""
 
-RECOVERED_SHARE: Final = 0.25
+BACK_SHARE: Final = 0.25
 """[1] Tolerance of the end of the way back, as a share of it. Larger: it hardly backs up. Smaller: it takes longer."""
 
 
@@ -144,7 +146,7 @@ class Driver:
     detection_timeout: float | None = None
     goal: Goal | None = field(default=None, init=False)
     arrived: bool = field(default=False, init=False)
-    _state: tuple[Any, float, float] | None = field(default=None, init=False, repr=False)
+    _state: Any = field(default=None, init=False, repr=False)  # with its time [s] and error [m]
     _seen: float | None = field(default=None, init=False, repr=False)
     _last: Any = field(default=None, init=False, repr=False)
     _on_way: Any = field(default=None, init=False, repr=False)
@@ -215,18 +217,13 @@ class Driver:
 
     def _is_same(self, before: Goal | None, goal: Goal | None) -> bool:
         """Whether a goal is at the place of the one before, on no longer way."""
-        if (
-            self._state is None
-            or before is None
-            or goal is None
-            or isinstance(before, PathGoal) != isinstance(goal, PathGoal)
-        ):
-            return False
+        if self._state is None or before is None or goal is None:
+            return goal is before
         if isinstance(before, PathGoal) and isinstance(goal, PathGoal):
             place = self._state[0].position
             left, rest = (each.length - each.nearest(place, 0.0, each.length) for each in (goal, before))
             return left <= rest + OTHER_WAY and dist(goal.points[-1], before.points[-1]) <= goal.tolerance
-        return same_goal(before, goal, self._state[1])
+        return type(before) is type(goal) and same_goal(before, goal, self._state[1])
 
     def command(self, now: float, obstacles: Obstacles = (), **further: Any) -> Drive:
         """The command for the period from `now` [s] on.
@@ -238,16 +235,15 @@ class Driver:
             InvalidInput: a time before that of the state or of the last command, except of one without a state in
                 time; what the navigator refuses.
         """
+        rest = FollowVelocity(np.zeros(self.navigator.robot.dimension))
         if self._state is None:
-            still: Any = np.zeros(self.navigator.robot.dimension)
-            turns = isinstance(self.navigator, VehicleNavigator)
-            return Drive(DriveStatus.WAITING, DriveStatus.WAITING.value, Command(0.0, 0.0) if turns else still, None)
+            still = Command(0.0, 0.0) if isinstance(self.navigator, VehicleNavigator) else rest.velocity
+            return Drive(DriveStatus.WAITING, DriveStatus.WAITING.value, still, None)
         state, measured, error = self._state
         age = not_before(now, measured, "now", "the state") - measured
         if age > self.state_timeout + TIME:
             self._braking = (now, self._last if self._braking is None else self._braking[1])
-            objective = FollowVelocity(np.zeros(self.navigator.robot.dimension))
-            decision = self._decided(self._predicted(now), (), None, now=now, objective=objective)
+            decision = self._decided(self._predicted(now), (), None, now=now, objective=rest)
             detail = f"the last one is {age:.2f} s old, {self.state_timeout:g} s are allowed"
             return self._drive(DriveStatus.NO_STATE, decision, now, detail)
         if self._braking is not None and now <= self._braking[0]:
@@ -259,8 +255,7 @@ class Driver:
         further |= {"now": now, "delay": age, "error": error}
         recovery = self._recovery
         if status in (DriveStatus.IDLE, DriveStatus.NO_DETECTIONS) or (self.arrived and self.goal and self.goal.stop):
-            further["objective"] = FollowVelocity(np.zeros(self.navigator.robot.dimension))
-            return self._drive(status, self._decided(state, around, None, **further), now, detail)
+            return self._drive(status, self._decided(state, around, None, objective=rest, **further), now, detail)
         if recovery is not None:
             return self._drive(recovery.status, self._decided(state, around, recovery.goal, **further), now, detail)
         changed = self._searched is not None and self.walls is not self._searched[0]
@@ -285,7 +280,6 @@ class Driver:
 
     def _predicted(self, now: float) -> Any:
         """The state of the robot if it followed its last decision; the last one before any."""
-        assert self._state is not None
         if self._last is None:
             return self._state[0]
         if isinstance(self._last, VehicleDecision):
@@ -294,7 +288,6 @@ class Driver:
 
     def _situation(self, now: float) -> tuple[DriveStatus, str]:
         """The status before a decision, with its numbers; a recovery that is over ends."""
-        assert self._state is not None
         state, goal = self._state[0], self.goal
         if goal is None:
             return DriveStatus.IDLE, ""
@@ -310,82 +303,51 @@ class Driver:
             self._recovery = None
         return (DriveStatus.ARRIVED if self.arrived else DriveStatus.DRIVING), ""
 
-    def _progress(self, decision: Decision, now: float) -> DriveStatus:
+    def _progress(self, decision: Any, now: float) -> DriveStatus:
         """The status of a robot after a decision for its goal; one that is stuck begins its next recovery."""
         approach, stuck = decision.approach, self._stuck
         if approach is None:
             return DriveStatus.DRIVING
         if stuck is not None and self.goal is not None:
             # A robot that swings in front of what it is stuck at gains a little each time.
-            gained = stuck.distance - approach.distance > self._radius
+            gained = stuck.distance - approach.distance > self.navigator.robot.bounding_radius
             if gained or dist(approach.target, stuck.target) > self.goal.tolerance:
                 self._stuck, self._tried = None, 0
         no_way = getattr(decision, "no_way", None)
-        rests = float(np.linalg.norm(decision.manoeuvre.velocity(now))) <= SLOW * self._limits.max_speed
-        again = (self._tried > 0 or no_way is not None) and rests and decision.stalled >= RETRY
-        if (again or decision.stuck) and self._tried <= len(RECOVERIES):
+        slow = (
+            float(np.linalg.norm(decision.manoeuvre.velocity(now))) <= SLOW * decision.inputs.navigator.limits.max_speed
+        )
+        again = (self._tried > 0 or no_way is not None) and slow and decision.stalled >= RETRY
+        if (again or decision.stuck) and self._tried <= RECOVERIES:
             self._stuck = self._stuck or approach
-            steps = RECOVERIES[self._tried :] if no_way is None else ()
-            self._tried = len(RECOVERIES) + 1
-            for k, step in enumerate(steps, len(RECOVERIES) - len(steps) + 1):
-                found = step(self, self._ahead(decision, now))
-                if found is not None:
-                    self._recovery, self._tried = _Recovery(*found, now + RECOVERY_TIME), k
-                    break
-        return DriveStatus.NEEDS_PATH if self._tried > len(RECOVERIES) else DriveStatus.DRIVING
+            further = [] if no_way is not None else self._recoveries(decision, now)[self._tried :]
+            found = [k for k, one in enumerate(further) if one is not None]
+            self._recovery = further[found[0]] if found else None
+            self._tried = self._tried + found[0] + 1 if found else RECOVERIES + 1
+        return DriveStatus.NEEDS_PATH if self._tried > RECOVERIES else DriveStatus.DRIVING
 
-    @property
-    def _limits(self) -> Limits:
-        """The limits of the robot, of a vehicle those of the point that decides."""
-        navigator = self.navigator
-        return (navigator.vehicle if isinstance(navigator, VehicleNavigator) else navigator).limits
-
-    def _ahead(self, decision: Decision, now: float) -> Array:
-        """Direction [m] of what the robot heads for."""
-        assert self._state is not None
-        assert self.goal is not None
-        target = self.goal.position(now)
-        if isinstance(self.goal, PathGoal) and decision.progress is not None:
-            further = decision.progress + self.goal.lookahead * self._limits.max_speed
-            target = self.goal.point(min(further, self.goal.length))
-        return np.asarray(target - self._state[0].position)
-
-    def _turning(self, ahead: Array) -> tuple[DriveStatus, Goal] | None:
-        """To face what is ahead, for vehicles that turn on the spot and do not face it."""
-        if not isinstance(self.navigator, VehicleNavigator) or not self.navigator.vehicle.turns_on_spot:
-            return None
-        assert self._state is not None
-        bearing = atan2(ahead[1], ahead[0])
-        if abs((bearing - self._state[0].heading + pi) % (2.0 * pi) - pi) <= FACES:
-            return None
-        return DriveStatus.TURNING, self._behind(np.zeros(2), bearing, 1.0)
-
-    def _backing(self, ahead: Array) -> tuple[DriveStatus, Goal] | None:
-        """To a place behind a vehicle that reverses, or away from what is ahead."""
-        assert self._state is not None
-        state, heading = self._state[0], None
-        if isinstance(self.navigator, VehicleNavigator):
-            if not self.navigator.vehicle.backs:
-                return None
-            heading, ahead = state.heading, np.array([cos(state.heading), sin(state.heading)])
-        way = ahead / max(float(np.linalg.norm(ahead)), TIME)
-        return DriveStatus.BACKING, self._behind(BACK_BY * self._radius * way, heading, RECOVERED_SHARE)
-
-    def _behind(self, way: Array, heading: float | None, share: float) -> Goal:
-        """The goal of a recovery: a way (d,) [m] behind where the robot can come to rest.
-
-        share: [1] its tolerance, in ways back.
-        """
-        assert self._state is not None
-        state = self._state[0]
-        rest = 0.5 * float(np.linalg.norm(state.velocity)) / self._limits.braking
-        place = Stationary(state.position + rest * state.velocity - way)
-        return Goal(place, share * BACK_BY * self._radius, True, heading, FACES)
-
-    @property
-    def _radius(self) -> float:
-        """Radius [m] of the disc about the robot."""
-        return self.navigator.robot.bounding_radius
+    def _recoveries(self, decision: Decision, now: float) -> list[_Recovery | None]:
+        """The recoveries in their order, from where the robot can come to rest; None for those that it cannot do."""
+        state, goal, until = self._state[0], self.goal, now + RECOVERY_TIME
+        assert goal is not None
+        navigator: Any = self.navigator
+        vehicle, back = getattr(navigator, "vehicle", None), BACK_BY * navigator.robot.bounding_radius
+        limits = (vehicle or navigator).limits
+        target = goal.position(now)
+        if isinstance(goal, PathGoal) and decision.progress is not None:
+            target = goal.point(min(decision.progress + goal.lookahead * limits.max_speed, goal.length))
+        ahead = target - state.position
+        place = state.position + 0.5 * float(np.linalg.norm(state.velocity)) / limits.braking * state.velocity
+        turning = heading = None
+        if vehicle is not None:
+            bearing, heading = atan2(ahead[1], ahead[0]), state.heading
+            if vehicle.turns_on_spot and abs((bearing - heading + pi) % (2.0 * pi) - pi) > FACES:
+                facing = Goal(Stationary(place), back, True, bearing, FACES)
+                turning = _Recovery(DriveStatus.TURNING, facing, until)
+            ahead = state.direction
+        behind = Stationary(place - back / max(float(np.linalg.norm(ahead)), TIME) * ahead)
+        backing = _Recovery(DriveStatus.BACKING, Goal(behind, BACK_SHARE * back, True, heading, FACES), until)
+        return [turning, backing if vehicle is None or vehicle.backs else None]
 
     def _drive(self, status: DriveStatus, decision: Any, now: float, detail: str) -> Drive:
         """The command of a decision."""
@@ -406,10 +368,3 @@ def _resumed(last: Any, before: Any) -> Any:
     if isinstance(last, VehicleDecision):
         changed |= {"plan": _resumed(last.plan, before.plan), "goal": before.goal, "no_way": None}
     return replace(last, **changed)
-
-
-RECOVERIES: Final[tuple[Callable[[Driver, Array], tuple[DriveStatus, Goal] | None], ...]] = (
-    Driver._turning,
-    Driver._backing,
-)
-"""Recoveries in their order: each gives its status and its goal, or None where the robot cannot do it."""

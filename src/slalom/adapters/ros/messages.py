@@ -48,52 +48,22 @@ OBSTACLES: Final[dict[str, str]] = {
     "derived_object_msgs/msg/ObjectArray": """
         std_msgs/Header header
         derived_object_msgs/Object[] objects""",
-    "people_msgs/msg/Person": """
-        string name
-        geometry_msgs/Point position
-        geometry_msgs/Point velocity
-        float64 reliability
-        string[] tagnames
-        string[] tags""",
-    "people_msgs/msg/People": """
-        std_msgs/Header header
-        people_msgs/Person[] people""",
-    "people_msgs/msg/PositionMeasurement": """
-        std_msgs/Header header
-        string name
-        string object_id
-        geometry_msgs/Point pos
-        float64 reliability
-        float64[9] covariance
-        byte initialization""",
-    "people_msgs/msg/PositionMeasurementArray": """
-        std_msgs/Header header
-        people_msgs/PositionMeasurement[] people
-        float32[] cooccurrence""",
-    "vision_msgs/msg/ObjectHypothesis": """
-        string class_id
-        float64 score""",
-    "vision_msgs/msg/ObjectHypothesisWithPose": """
-        vision_msgs/ObjectHypothesis hypothesis
-        geometry_msgs/PoseWithCovariance pose""",
-    "vision_msgs/msg/BoundingBox3D": """
-        geometry_msgs/Pose center
-        geometry_msgs/Vector3 size""",
-    "vision_msgs/msg/Detection3D": """
-        std_msgs/Header header
-        vision_msgs/ObjectHypothesisWithPose[] results
-        vision_msgs/BoundingBox3D bbox
-        string id""",
-    "vision_msgs/msg/Detection3DArray": """
-        std_msgs/Header header
-        vision_msgs/Detection3D[] detections""",
-    "map_msgs/msg/OccupancyGridUpdate": """
-        std_msgs/Header header
-        int32 x
-        int32 y
-        uint32 width
-        uint32 height
-        int8[] data""",
+    "people_msgs/msg/Person": "string name\ngeometry_msgs/Point position\ngeometry_msgs/Point velocity\n"
+    "float64 reliability\nstring[] tagnames\nstring[] tags",
+    "people_msgs/msg/People": "std_msgs/Header header\npeople_msgs/Person[] people",
+    "people_msgs/msg/PositionMeasurement": "std_msgs/Header header\nstring name\nstring object_id\n"
+    "geometry_msgs/Point pos\nfloat64 reliability\nfloat64[9] covariance\nbyte initialization",
+    "people_msgs/msg/PositionMeasurementArray": "std_msgs/Header header\n"
+    "people_msgs/PositionMeasurement[] people\nfloat32[] cooccurrence",
+    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
+    "vision_msgs/msg/ObjectHypothesisWithPose": "vision_msgs/ObjectHypothesis hypothesis\n"
+    "geometry_msgs/PoseWithCovariance pose",
+    "vision_msgs/msg/BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size",
+    "vision_msgs/msg/Detection3D": "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
+    "vision_msgs/BoundingBox3D bbox\nstring id",
+    "vision_msgs/msg/Detection3DArray": "std_msgs/Header header\nvision_msgs/Detection3D[] detections",
+    "map_msgs/msg/OccupancyGridUpdate": "std_msgs/Header header\nint32 x\nint32 y\nuint32 width\nuint32 height\n"
+    "int8[] data",
 }
 """Fields of messages that rosbags does not define, by type."""
 

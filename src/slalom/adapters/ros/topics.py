@@ -29,13 +29,9 @@ COLUMNS: Final = ("time", "linear_x", "linear_y", "angular_z", "acceleration_x",
 """Columns of a table of commands: s, m/s, m/s, rad/s, m/s^2, m/s^2."""
 
 
-WITHOUT_OBSTACLES: Final = frozenset(
-    {
-        *("action_msgs", "actionlib_msgs", "bond", "builtin_interfaces", "composition_interfaces", "control_msgs"),
-        *("diagnostic_msgs", "dynamic_reconfigure", "geographic_msgs", "geometry_msgs", "lifecycle_msgs", "map_msgs"),
-        *("nav_msgs", "rcl_interfaces", "rosgraph_msgs", "sensor_msgs", "shape_msgs", "statistics_msgs", "std_msgs"),
-        *("std_srvs", "tf2_msgs", "trajectory_msgs", "unique_identifier_msgs"),
-    }
+WITHOUT_OBSTACLES: Final = re.compile(
+    "(action|actionlib|control|diagnostic|geographic|geometry|lifecycle|map|nav|rosgraph|sensor|shape|statistics|std|tf2"
+    "|trajectory|unique_identifier)_msgs|(builtin|composition|rcl)_interfaces|bond|dynamic_reconfigure"
 )
 """Packages of messages that say nothing of obstacles, except those of OF_OBSTACLES."""
 OF_OBSTACLES: Final = re.compile("Scan|PointCloud|Range|GridCells|ProjectedMap")
@@ -118,7 +114,7 @@ def _taken(found: dict[str, str], topics: Collection[str] | None, ignore: Collec
 def _may_have_obstacles(kind: str) -> bool:
     """Whether messages of a kind that no node takes may tell of obstacles."""
     package, name = kind.split("/")[0], kind.split("/")[-1]
-    return kind not in KINDS and (package not in WITHOUT_OBSTACLES or OF_OBSTACLES.search(name) is not None)
+    return kind not in KINDS and not (WITHOUT_OBSTACLES.fullmatch(package) and not OF_OBSTACLES.search(name))
 
 
 def replay(messages: Iterable[Sent], node: Node) -> list[Command]:

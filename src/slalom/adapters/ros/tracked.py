@@ -1,6 +1,7 @@
 """Obstacles from messages of trackers, by the table READERS, and from occupancy grids."""
 
 from collections.abc import Callable, Collection, Hashable, Iterator
+from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -163,17 +164,10 @@ def detections(message: Any, frames: Frames) -> Iterator[Seen]:
         header = each.header if each.header.frame_id else message.header
         axes = rotation(each.bbox.center.orientation, f"{name}: orientation")
         shape = _box(xyz(each.bbox.size, f"{name}: size"), axes, name)
-        boxed = Message(header, each.bbox.center)
+        boxed = SimpleNamespace(header=header, pose=each.bbox.center)
         seen = _placed(boxed, frames, name, ("detection", id) if id else None, shape, axes, None)
         spread = _turned(each.results[0].pose, 6, frames.of(header.frame_id, name)) if len(each.results) else None
         yield seen._replace(covariance=spread)
-
-
-class Message(NamedTuple):
-    """A header and a pose, as messages of obstacles have them."""
-
-    header: Any
-    pose: Any
 
 
 def _turned(message: Any, n: int, place: Placement) -> Array | None:
