@@ -328,7 +328,8 @@ class Driver:
 
     def _recoveries(self, decision: Decision, now: float) -> list[_Recovery | None]:
         """The recoveries in their order, from where the robot can come to rest; None for those that it cannot do."""
-        state, goal, until = self._state[0], self.goal, now + RECOVERY_TIME
+        state, goal = self._state[0], self.goal
+        until = now + RECOVERY_TIME
         assert goal is not None
         navigator: Any = self.navigator
         vehicle, back = getattr(navigator, "vehicle", None), BACK_BY * navigator.robot.bounding_radius
