@@ -23,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 
 from importlib import import_module
 
+import slalom
 from slalom.adapters.ros.messages import store
 from slalom.adapters.ros.topics import TWIST, Sent, Wire, as_sent, differences, read_bag, replay, serve, write_bag
 
@@ -50,6 +51,8 @@ class Drive(NamedTuple):
 def node(domain: int, bag: Path) -> None:
     """The process of the node."""
     settings, kept = import_module("09_ros").SETTINGS, []
+    # The robot waits for each command: odometry after a first one that loads kernels would come too late.
+    slalom.compile("robot", "polygons", "vehicles")
 
     def keep(sent: Sent) -> None:
         raw = sent.message.serialize(use_version_2=False)
@@ -63,6 +66,7 @@ def drive(seed: int, domain: int, steps: int) -> Drive:
     """The process of the robot, which starts that of the node."""
     example = import_module("09_ros")
     world, trips = example.World(seed), []
+    example.World(seed).drive(0.0, 0.0)  # loads what the world needs
     with TemporaryDirectory() as folder:
         bag = Path(folder) / "drive"
         command = [sys.executable, __file__, "--node", str(domain), str(bag)]

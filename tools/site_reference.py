@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 import slalom
-from slalom import Outcome, Status
+from slalom import DriveStatus, Outcome, Status
 from slalom.cli import app
 from slalom.cli.file_keys import FAMILIES, MAPPINGS, Key, kind_keys, mapping_keys, sentence_of
 from slalom.cli.report import FORESIGHT_SENTENCES, with_values
@@ -40,6 +40,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         *("State", "Limits"),
         *("Goal", "PathGoal", "METHODS", "Method", "method", "compile", "work_per_second"),
     ),
+    "The loop around decisions": ("Driver", "Drive", "DriveStatus"),
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
         *("Obstacle", "Headings", "ObstacleTable", "OccupancyTable", "occupancy", "read_map", "ObstacleWindow"),
@@ -316,6 +317,12 @@ def outcomes() -> str:
             "Recordings of peers have CHOSEN, if the peer returned a velocity, or UNANSWERED.",
             "",
             table(["outcome", "safe", "sentence"], decided),
+            "",
+            "## Statuses of drivers",
+            "",
+            "`Drive.status` of `slalom.Driver.command`.",
+            "",
+            table(["status", "sentence"], [(f"`{s.name}`", s.value) for s in DriveStatus]),
             "",
             "## Statuses of choices",
             "",

@@ -133,4 +133,5 @@ from .perception.tracker import (
     Measurement as Measurement,
     Tracker as Tracker,
 )
+from .vehicle.driver import Drive as Drive, Driver as Driver, DriveStatus as DriveStatus
 from .vehicle.lag import AccelerationLag as AccelerationLag

@@ -69,6 +69,41 @@ def test_the_share_of_the_messages_that_are_read_is_reported(drive):
     assert shares == [k / len(read) for k in range(1, len(read) + 1)]
 
 
+def test_obstacles_that_are_not_read_are_refused_or_ignored(drive, tmp_path, capsys):
+    """A bag with the scans of a laser, whose messages no node takes."""
+    store = definitions.store()
+    scan = store.types["sensor_msgs/msg/LaserScan"]
+    empty = np.zeros(0, np.float32)
+    numbers = dict.fromkeys(("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time"), 0.1)
+    seen = scan(
+        header=topics.stamped(1001.0, "base"), range_min=0.1, range_max=9.0, ranges=empty, intensities=empty, **numbers
+    )
+    path = tmp_path / "with scans"
+    messages = list(topics.read_bag(drive))
+    topics.write_bag([*messages, topics.Sent("/scan", "sensor_msgs/msg/LaserScan", messages[-1].t + 1, seen)], path)
+    assert call(["ros", "replay", str(path), *FLAGS]) == BAD_INPUT
+    told = capsys.readouterr().err
+    assert "named by --ignore; found /scan (sensor_msgs/msg/LaserScan)" in told
+    assert "people_msgs/msg/People" in told
+    assert call(["ros", "replay", str(path), *FLAGS, "--ignore", "/scan", "--json"]) == DONE
+    assert '"commands": 60' in capsys.readouterr().out
+    assert call(["ros", "replay", str(path), *FLAGS, "--topics", "/odom", "/goal_pose", "/tf"]) == DONE
+
+
+def test_a_gap_of_odometry_is_replayed_with_the_commands_to_brake(drive):
+    """In place of 2 s in the middle of the drive; the robot is then where it was, and drives on."""
+    messages = list(topics.read_bag(drive))
+    begin = messages[0].t + 2 * 10**9
+    kept = [each for each in messages if each.topic != "/odom" or not begin < each.t < begin + 2 * 10**9]
+    node = import_module("09_ros").SETTINGS.node()
+    commands = topics.replay(kept, node)
+    late = [each for each in commands if each.status.name == "NO_STATE"]
+    assert 3 <= len(late) <= 15
+    assert np.abs(late[-1].linear).max() <= 1e-6
+    times = [each.stamp for each in commands]
+    assert times == sorted(times)
+
+
 def test_other_settings_give_other_commands_and_are_noticed(drive, capsys):
     changed = [*FLAGS, "--margin", "0.2"]
     assert call(["ros", "replay", str(drive), *changed, "--expected", "/cmd_vel"]) == FAILED
@@ -95,7 +130,8 @@ def drawn(node, rng):
         return number.type(rng.normal() if number.kind == "f" else rng.integers(100)).item()
     count = details[1] if kind.name == "ARRAY" else rng.integers((details[1] or 4) + 1)
     values = [drawn(details[0], rng) for _ in range(count)]
-    return np.array(values, details[0][1][0]) if details[0][0].name == "BASE" else values
+    numbers = details[0][0].name == "BASE" and details[0][1][0] != "string"
+    return np.array(values, details[0][1][0]) if numbers else values
 
 
 @pytest.mark.parametrize("kind", WIRE)
@@ -112,7 +148,7 @@ def test_cyclonedds_and_rosbags_write_the_same_bytes(kind):
         assert type(sent).deserialize(raw).serialize(use_version_2=False) == raw
         assert bytes(store.serialize_cdr(store.deserialize_cdr(raw, kind), kind)) == raw
         lengths.add(len(raw))
-    assert len(lengths) > 1 or kind.endswith("Twist")
+    assert len(lengths) > 1 or kind.endswith(("Twist", "BoundingBox3D"))
 
 
 def test_names_on_the_wire_are_those_of_ros():

@@ -10,21 +10,26 @@ from ros_messages import (
     about,
     an_object,
     an_obstacle,
+    detection,
     goal_pose,
     grid,
+    grid_update,
     header,
     marker,
+    measured,
     odom,
+    of_pose,
+    persons,
     pose,
     transform,
     xyz,
 )
 
-from slalom import Disc, Polygon, Polyline, Rectangle
+from slalom import Disc, DriveStatus, Polygon, Polyline, Rectangle
 from slalom.adapters.ros.messages import Frames, odometry
 from slalom.adapters.ros.node import Node
 from slalom.adapters.ros.shell import NodeSettings
-from slalom.adapters.ros.tracked import markers, objects, obstacles, occupancy_grid
+from slalom.adapters.ros.tracked import detections, markers, objects, obstacles, occupancy_grid, people
 from slalom.base.errors import InvalidInput
 
 KINDS = Message(Twist=Message, Accel=Message, Vector3=Message)
@@ -105,6 +110,98 @@ def test_obstacles_of_costmap_converter_have_corners_in_their_frame():
     assert isinstance(area.shape, Polygon)
     assert np.allclose(area.position + area.shape.corners, frames.of("map", "").point(np.array(corners)))
     assert np.allclose(area.velocity, (np.cos(0.7), np.sin(0.7)))
+
+
+def test_people_have_names_velocities_and_the_shape_of_the_tracker():
+    frames, here = placed_map(), header(frame="map")
+    (one,) = people(persons(("anna", (4.0, 1.0), (1.0, 0.0)), header=here), frames)
+    assert (one.id, one.shape, one.heading, one.covariance) == (("person", "anna"), None, None, None)
+    assert np.allclose(one.position, frames.of("map", "").point(np.array([4.0, 1.0])))
+    assert np.allclose(one.velocity, (np.cos(0.7), np.sin(0.7)))
+    (seen,) = people(measured(covariance=[0.04, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 9.0], header=here), frames)
+    assert (seen.id, seen.velocity) == (("person", "7"), None)
+    turned = frames.of("map", "").axes
+    assert np.allclose(seen.covariance, turned @ np.diag([0.04, 0.01]) @ turned.T)
+    assert next(people(measured(id="", name=""), Frames("odom"))).id is None
+
+
+def test_detections_are_boxes_with_the_covariance_of_their_result():
+    frames = placed_map()
+    (seen,) = detections(
+        Message(**{**vars(detection(covariance=of_pose(x=0.04))), "header": header(frame="map")}), frames
+    )
+    assert (seen.id, seen.shape) == (("detection", "7"), Rectangle(0.6, 0.4))
+    assert seen.heading == pytest.approx(1.0)
+    assert np.allclose(seen.position, frames.of("map", "").point(np.array([4.0, 0.0])))
+    assert np.allclose(np.linalg.eigvalsh(seen.covariance), (0.0, 0.04))
+    # Without an id, a result or a known covariance.
+    (bare,) = detections(detection(id="", results=[]), Frames("odom"))
+    assert (bare.id, bare.covariance) == (None, None)
+    assert next(detections(detection(covariance=of_pose()), Frames("odom"))).covariance is None
+
+
+@pytest.mark.parametrize(
+    "message", [persons(("a", (4.0, 0.0), (0.0, 0.0))), measured(), detection(), Message(markers=[marker()])]
+)
+def test_all_messages_of_obstacles_reach_the_decision(message):
+    node = NodeSettings().node()
+    node.receive(goal_pose(9.0, 0.0))
+    node.receive(message)
+    around = node.receive(odom()).decision.inputs.obstacles
+    assert len(around) == 1
+
+
+def test_an_update_of_a_map_gives_the_map_that_the_whole_grid_gives():
+    cells, node = np.zeros((4, 6), np.int8), NodeSettings().node()
+    first = grid(cells)
+    node.receive(first)
+    part = np.array([[100, 0], [100, 100]])
+    node.receive(grid_update(part, 3, 1))
+    node.receive(goal_pose(9.0, 0.0))
+    node.receive(odom(10.0))
+    cells[1:3, 3:5] = part
+    whole = occupancy_grid(grid(cells), 65, False)
+    assert np.array_equal(node.driver.walls.rectangles, whole.rectangles)
+    node.receive(first)
+    node.receive(odom(10.1))
+    assert not len(node.driver.walls), "it is published again as it was before the update"
+
+
+def test_without_odometry_the_node_brakes_to_rest():
+    """By times of receipt, whose clock is another one: a robot at 1 m/s."""
+    node, clock = NodeSettings().node(), 77 * 10**9
+    node.receive(goal_pose(9.0, 0.0))
+    for k in range(20):
+        state = odom(10.0 + 0.1 * k, pose(0.1 * k), (1.0, 0.0, 0.0))
+        assert not node.overdue(clock + 10**8 * k)
+        node.receive(state, clock + 10**8 * k)
+    last = clock + 19 * 10**8
+    assert not node.overdue(last + 5 * 10**8)
+    told = [command for k in range(30) for command in node.overdue(last + 5 * 10**8 + 7 * 10**7 * k)]
+    assert {command.status for command in told} == {DriveStatus.NO_STATE}
+    speeds = [float(command.linear[0]) for command in told]
+    assert np.allclose(np.diff(speeds)[:-1], -0.1, atol=0.02), "as hard as its limits allow"
+    assert speeds[-1] == pytest.approx(0.0, abs=1e-6)
+    assert told[0].sentence.endswith("(the last one is 0.50 s old, 0.5 s are allowed).")
+    assert node.receive(odom(13.5, pose(3.0)), last + 16 * 10**8).status is DriveStatus.DRIVING
+
+
+def test_the_node_rests_when_nothing_more_is_seen():
+    node = NodeSettings().node()
+    node.receive(goal_pose(9.0, 0.0))
+    node.receive(Message(markers=[marker(pose=pose(0.0, 5.0))]))
+    _, commands = drive(node, 25)
+    assert [command.status.name for command in commands] == 11 * ["DRIVING"] + 14 * ["NO_DETECTIONS"]
+
+
+@pytest.mark.parametrize("sigmas", [0.0, 2.0])
+def test_the_margin_grows_with_the_covariance_of_odometry(sigmas):
+    node = NodeSettings(sigmas=sigmas).node()
+    node.receive(goal_pose(9.0, 0.0))
+    told = node.receive(odom(pose=Message(pose=pose(), covariance=of_pose(x=0.0025, y=0.0009, xy=0.0015))))
+    most = np.sqrt(np.linalg.eigvalsh([[0.0025, 0.0015], [0.0015, 0.0009]])[1])
+    margin = told.decision.inputs.navigator.margin
+    assert 0.05 + sigmas * most - 1e-9 <= margin <= 0.05 + sigmas * most + 0.02
 
 
 def test_a_map_is_placed_turned_and_read_by_its_values():
@@ -205,13 +302,13 @@ def test_a_map_and_a_goal_follow_the_transform_of_their_frame():
     shown.header = header(frame="map")
     node.receive(shown)
     node.receive(goal_pose(5.0, 0.0, "map"))
-    before, first = node.receive(odom(10.0)), node.map[0]
-    assert node.map[0] is first
+    before, first = node.receive(odom(10.0)), node.driver.walls
+    assert node.receive(odom(10.1)).decision.inputs.obstacles[0] is first
     node.receive(transform("odom", "map", 0.0, 3.0, 0.0))
-    after = node.receive(odom(10.1))
+    after = node.receive(odom(10.2))
     goals = [each.decision.inputs.goal.position(0.0).tolist() for each in (before, after)]
     assert goals == [[5.0, 0.0], [5.0, 3.0]]
-    assert node.map[0].given[0].trajectory.initial_position.tolist() == [0.25, 3.25]
+    assert node.driver.walls.given[0].trajectory.initial_position.tolist() == [0.25, 3.25]
 
 
 def test_a_new_path_begins_at_its_own_start():

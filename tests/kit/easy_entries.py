@@ -8,7 +8,7 @@ import pytest
 from easy_worlds import RADIUS, Decide, Driven, World, alone, driven
 from ros_messages import odom, pose
 
-from slalom import METHODS, Fleet, Navigator, State
+from slalom import METHODS, Driver, Fleet, Navigator, State
 from slalom.adapters.ros.node import Node
 from slalom.model.shape import Disc
 from slalom.sim import simulate
@@ -36,7 +36,7 @@ def of_fleet(world: World) -> Decide:
 
 def of_node(world: World) -> Decide:
     """Accelerations of the node, with the heading 0, from messages."""
-    node = Node(Navigator(NAO, Disc(RADIUS), world.limits, period=world.period))
+    node = Node(Driver(Navigator(NAO, Disc(RADIUS), world.limits, period=world.period)))
     node.head_for(world.goal)
 
     def decide(state: State, now: float) -> np.ndarray:
@@ -112,7 +112,7 @@ def of_vehicle(world: World) -> Steer:
 
 def of_node_with_wheels(world: World) -> Steer:
     """Commands of a node, from messages."""
-    node = Node(VehicleNavigator(drive_of(world), NAO, Disc(RADIUS)))
+    node = Node(Driver(VehicleNavigator(drive_of(world), NAO, Disc(RADIUS))))
     node.head_for(world.goal)
 
     def steer(at: Pose, now: float) -> Command:

@@ -15,7 +15,7 @@ from slalom.adapters.ros import topics
 from slalom.adapters.ros.messages import Frames, odometry
 from slalom.adapters.ros.shell import NodeSettings
 from slalom.adapters.ros.topics import figure
-from slalom.adapters.ros.tracked import markers, objects, obstacles
+from slalom.adapters.ros.tracked import detections, markers, objects, obstacles, people
 from slalom.cli.others import replay
 
 
@@ -65,6 +65,41 @@ def an_obstacle(*corners: tuple[float, float], radius: float = 0.0, velocity: tu
     """A costmap_converter_msgs/ObstacleMsg."""
     moving = Message(twist=Message(linear=xyz(*velocity)))
     return Message(polygon=Message(points=[xyz(*each) for each in corners]), radius=radius, id=5, velocities=moving)
+
+
+def persons(*people: tuple[str, tuple[float, float], tuple[float, float]], **changes: object) -> Message:
+    """A people_msgs/People: names, positions and velocities."""
+    found = [Message(name=name, position=xyz(*place), velocity=xyz(*moving)) for name, place, moving in people]
+    return Message(**{"header": header(), "people": found, **changes})
+
+
+def measured(id: str = "7", covariance: object = (), **changes: object) -> Message:
+    """A people_msgs/PositionMeasurementArray with one at (4, 0)."""
+    fields = {"header": header(), "name": "leg", "object_id": id, "pos": xyz(4.0), "covariance": covariance}
+    return Message(header=header(), people=[Message(**{**fields, **changes})], cooccurrence=[])
+
+
+def detection(id: str = "7", covariance: object = (), **changes: object) -> Message:
+    """A vision_msgs/Detection3DArray with a box of 0.6 m by 0.4 m at (4, 0), whose own header says nothing."""
+    box = Message(center=pose(4.0, 0.0, 0.3), size=xyz(0.6, 0.4, 1.8))
+    result = Message(pose=Message(pose=pose(4.0), covariance=covariance))
+    fields = {"header": Message(stamp=Message(sec=0, nanosec=0), frame_id=""), "bbox": box, "id": id}
+    return Message(header=header(), detections=[Message(**{**fields, "results": [result], **changes})])
+
+
+def grid_update(cells: object, x: int = 0, y: int = 0, **changes: object) -> Message:
+    """A map_msgs/OccupancyGridUpdate."""
+    data = np.asarray(cells, dtype=np.int8)
+    fields = {"header": header(), "x": x, "y": y, "width": data.shape[1], "height": data.shape[0]}
+    return Message(**{**fields, "data": data.ravel().tolist(), **changes})
+
+
+def of_pose(**variances: float) -> list[float]:
+    """A covariance of 6 x 6 numbers with these variances [m^2] of x and y, and `xy` between them."""
+    found = np.zeros((6, 6))
+    found[0, 0], found[1, 1] = variances.get("x", 0.0), variances.get("y", 0.0)
+    found[0, 1] = found[1, 0] = variances.get("xy", 0.0)
+    return found.ravel().tolist()
 
 
 def grid(cells: object, resolution: float = 0.5, origin: Message | None = None, **changes: object) -> Message:
@@ -121,6 +156,13 @@ def bag_that_exists(folder: Path) -> object:
         return topics.write_bag([], folder)
 
 
+def with_map(message: Message) -> object:
+    """A node that got a map of 2 x 2 cells, and then a message."""
+    node = NodeSettings().node()
+    node.receive(grid(np.zeros((2, 2))))
+    return node.receive(message)
+
+
 BAGS: dict[str, Callable[[Path], object]] = {
     r"drive: expected a bag of ROS, found nothing": no_bag,
     r"expected a bag that can be written, found 'it exists'": bag_that_exists,
@@ -136,6 +178,31 @@ OF_ADAPTERS: dict[str, Callable[[Path], object]] = {
         {"/b": topics.ODOMETRY, "/a": topics.ODOMETRY}, None
     ),
     r"--figure: expected at least 2 commands to draw, found 0": lambda _: figure([], Disc(1.0)),
+    r"bag: expected obstacles as visualization_msgs/msg/MarkerArray, .*; found /a \(sensor_msgs/msg/LaserScan\), /t "
+    r"\(spencer_tracking_msgs/msg/TrackedPersons\)": lambda _: topics._taken(
+        {
+            "/t": "spencer_tracking_msgs/msg/TrackedPersons",
+            "/a": "sensor_msgs/msg/LaserScan",
+            "/image": "sensor_msgs/msg/Image",
+        },
+        None,
+    ),
+    r"ignore: expected some of /a; found /b": lambda _: topics._taken({"/a": topics.ODOMETRY}, None, ["/b"]),
+    r"detection '7': expected a box in space \(Detection3D\), found one in an image": lambda _: list(
+        detections(detection(bbox=Message(center=Message(theta=0.0), size_x=3.0, size_y=4.0)), FRAMES)
+    ),
+    r"covariance: expected 9 numbers, found 36": lambda _: list(people(measured(covariance=of_pose(x=1.0)), FRAMES)),
+    r"covariance: expected a symmetric one without negative eigenvalues, found \[\[1": lambda _: odometry(
+        odom(pose=Message(pose=pose(), covariance=of_pose(x=1.0, xy=2.0)))
+    ),
+    r"grid update: expected a nav_msgs/OccupancyGrid before, found none": lambda _: (
+        NodeSettings().node().receive(grid_update([[100]]))
+    ),
+    r"grid update: header\.frame_id: expected 'odom', as of the map, found 'map'": lambda _: with_map(
+        grid_update([[100]], header=header(frame="map"))
+    ),
+    r"grid update\.data: expected 2 x 1 cells, found 1": lambda _: with_map(grid_update([[100]], width=2)),
+    r"part: expected cells within 2 x 2, found columns 2 to 2": lambda _: with_map(grid_update([[100]], x=2)),
     r"odometry\.header\.stamp: expected a time above 0, found 0 ns": lambda _: odometry(odom(0.0)),
     r"odometry\.pose\.orientation: expected a quaternion of length 1, found length 0": lambda _: odometry(
         odom(at=Message(position=xyz(), orientation=Message(x=0.0, y=0.0, z=0.0, w=0.0)))

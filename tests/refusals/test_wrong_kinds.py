@@ -145,6 +145,20 @@ def driven(**settings: Any) -> object:
     return vehicle.VehicleNavigator(**settings).decide(POSE, [ROCK], GOAL)
 
 
+def looped(**settings: Any) -> object:
+    """A command of a driver."""
+    driver = slalom.Driver(**settings)
+    driver.locate(0.0, STATE)
+    return driver.command(0.0)
+
+
+def located() -> slalom.Driver:
+    """A driver that knows where it is."""
+    driver = slalom.Driver(ROBOT)
+    driver.locate(0.0, STATE)
+    return driver
+
+
 SCENE = Scenario("one", (Robot(DISC, LIMITS, STATE, GOAL),), (ROCK,), duration=0.2)
 SETTINGS: dict[str, Any] = {"period": 0.1, "horizon": 6.0, "margin": 0.05, "holds": (0.5, 2.0), "patience": 0.1}
 
@@ -572,6 +586,26 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "reverse_after": 3.0,
         },
     ),
+    "Driver": (
+        looped,
+        {
+            "navigator": ROBOT,
+            "tracker": slalom.Tracker(),
+            "walls": [ROCK],
+            "state_timeout": 0.5,
+            "detection_timeout": None,
+        },
+    ),
+    "Driver.locate": (
+        lambda **given: slalom.Driver(ROBOT).locate(**given),
+        {"t": 0.0, "state": STATE, "error": 0.0},
+    ),
+    "Driver.see": (
+        lambda **given: slalom.Driver(ROBOT).see(**given),
+        {"t": 0.0, "detections": [("person", (1.0, 2.0))]},
+    ),
+    "Driver.head_for": (lambda **given: located().head_for(**given), {"goal": GOAL}),
+    "Driver.command": (lambda **given: located().command(**given), {"now": 0.0, "obstacles": [ROCK]}),
     "VehicleNavigator.decide": (
         vehicle.VehicleNavigator(DRIVE, NAO, DISC).decide,
         {"pose": POSE, "obstacles": [ROCK], "goal": GOAL, "now": 0.0, "previous": None},
@@ -630,6 +664,8 @@ OTHER_NAMES: dict[tuple[str, str], tuple[str, ...]] = {
     ("method", "name"): ("method",),
     ("Scenario", "obstacles"): ("obstacle",),
     ("Sight.look", "state"): ("sight",),
+    ("Driver", "walls"): ("obstacles",),
+    ("Driver.see", "detections"): ("obstacle", "id"),
 }
 """Further names of what an argument holds."""
 
@@ -653,7 +689,7 @@ BY_CHECK = {
         LeastSpeed.least, AcceleratingBriefly.seconds, FromPast.seconds, HorizonByName.otherwise,
         Calibration.max_gap, AccelerationLag.lag, AccelerationSequence.hold, Bicycle.wheelbase,
         Bicycle.max_steering, Bicycle.max_steering_rate, Bicycle.max_speed, Bicycle.max_acceleration,
-        Bicycle.period
+        Bicycle.period, Driver.state_timeout
     """,
     "not_negative": """
         Navigator.margin, Navigator.patience, Navigator.decide.delay, LookAhead.improvement_budget,
@@ -672,7 +708,7 @@ BY_CHECK = {
         FromModels.offset, BoundedError.position, BoundedError.velocity, BoundedError.acceleration,
         GaussianError.position, GaussianError.velocity, KalmanError.position, KalmanError.velocity,
         KalmanError.correlation, KalmanError.acceleration, Risk.likely, SafeTime.extra, Bicycle.delay,
-        Bicycle.max_reverse_speed
+        Bicycle.max_reverse_speed, Driver.locate.error
     """,
     "number": """
         Navigator.decide.now, Navigator.fall_back.now, Navigator.predict.now, LookAhead.decide.now,
@@ -683,7 +719,8 @@ BY_CHECK = {
         select_many.threads, compile.jobs, Scenario.start, compare.seeds, compare.jobs, Pose.heading,
         Pose.speed, Pose.turn, VehicleNavigator.center, VehicleNavigator.decide.now, ConstantVelocity.at,
         ConstantAcceleration.at, Circular.speed, Circular.phase, PiecewisePolynomial.start, Function.first,
-        Function.last, Manoeuvre.start, FromModels.futures, HalfSpace.offset
+        Function.last, Manoeuvre.start, FromModels.futures, HalfSpace.offset, Driver.see.t,
+        Driver.command.now, Driver.locate.t
     """,
     "flag": """
         ExpectedLoss.deviates, Sight.any_motion, Goal.stop, PathGoal.stop, simulate.record, compare.adopt,

@@ -238,6 +238,7 @@ def replay(
     figure: Path | None = None,
     goal: SignedText = None,
     topics: Names = None,
+    ignore: Names = None,
     expected: str | None = None,
     look: Look | None = None,
     json: Flag = False,
@@ -258,6 +259,8 @@ def replay(
         Goal X,Y [m] in the fixed frame, until the bag has another.
     topics
         Topics to read; by default all of a kind that a node uses.
+    ignore
+        Topics not to read: a bag with obstacles of another kind is refused without.
     expected
         A topic of the bag with geometry_msgs/Twist, with which the commands are compared to the bit.
     json
@@ -276,7 +279,7 @@ def replay(
 
     writable(out, figure)
     with progress("replaying") as advance:
-        commands = bags.replay(bags.read_bag(bag, topics, advance), made)
+        commands = bags.replay(bags.read_bag(bag, topics, advance, ignore or ()), made)
     if out is not None:
         with writing(out):
             if out.suffix == ".csv":
@@ -284,15 +287,12 @@ def replay(
             else:
                 bags.write_bag(bags.as_sent(commands), out)
     if figure is not None:
-        from slalom.adapters.ros.topics import figure as drawn
-        from slalom.decision.navigator import Navigator
-
-        shape = made.navigator.robot if isinstance(made.navigator, Navigator) else made.navigator.body
-        (look or Look()).save(drawn(commands, shape), figure)
+        (look or Look()).save(bags.figure(commands, made.driver.navigator.robot), figure)
     result = {
         "bag": str(bag),
         "commands": len(commands),
         "unsafe": sum(not command.decision.safe for command in commands),
+        "without messages": sum(command.status.name in ("NO_STATE", "NO_DETECTIONS") for command in commands),
         "measurements not used": made.unused,
     }
     if expected is not None:

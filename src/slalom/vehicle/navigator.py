@@ -13,6 +13,7 @@ from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, has, no
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
+from slalom.decision.decision import approach_of, on_way_to
 from slalom.decision.fallback import DEEPER_BY, is_moving
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
@@ -28,7 +29,7 @@ from slalom.model.shape import Capsule, Disc, Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
-from slalom.obstacle.window import Obstacles
+from slalom.obstacle.window import Obstacles, listed
 from slalom.vehicle.curves import Way, ends
 from slalom.vehicle.decision import Moment, Proposal, VehicleDecision
 from slalom.vehicle.estimate import PERSISTS, estimated
@@ -605,6 +606,8 @@ class VehicleNavigator(SharedSettings):
                 previous=None if previous is None else previous.plan,
                 **moment.further,
             )
+        else:
+            base = self._renewed(moment, base)
         times = moment.now + self.period * np.arange(len(motions))
         track = np.concatenate([moment.track, np.column_stack([times, motions])])
         known = {**base.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
@@ -621,6 +624,20 @@ class VehicleNavigator(SharedSettings):
             way=proposal.way,
             no_way=no_way,
         )
+
+    def _renewed(self, moment: Moment, plan: Decision) -> Decision:
+        """A plan with the present inputs, and with the progress of a vehicle on which it goes on since it was made."""
+        assert plan.inputs is not None
+        if plan.inputs.now == moment.now:
+            return plan
+        kept = on_way_to(plan, moment.aim)
+        assert kept is not None
+        approach, around = kept.approach, tuple(listed(moment.obstacles))
+        if kept.progress is not None or not isinstance(moment.aim, PathGoal):
+            speed = self._navigators[0].limits.max_speed
+            approach = approach_of(moment.aim, moment.state, kept.progress, speed, moment.now, approach)
+        inputs = plan.inputs._replace(state=moment.state, obstacles=around, goal=moment.aim, now=moment.now)
+        return replace(kept, inputs=inputs, approach=approach)
 
     def _judged(self, moment: Moment, proposal: Proposal, keep: Array | None = None) -> float:
         """Time [s] of the first contact of the body on a motion, with the margin that it can keep."""

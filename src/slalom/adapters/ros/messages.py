@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from slalom.base.checks import Array, number, shown, vector
+from slalom.base.checks import Array, array, number, shown, vector
 from slalom.base.errors import InvalidInput
 from slalom.vehicle.vehicle import Pose
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Message types of ROS 2: the store of rosbags with two packages more, and the same types for DDS.
+# Message types of ROS 2: the store of rosbags with packages more, and the same types for DDS.
 #
-# Definitions are those of ROS 2 Humble. `costmap_converter_msgs` and `derived_object_msgs` are not among them; their
-# fields follow the documentation of both packages (docs.ros.org).
+# Definitions are those of ROS 2 Humble. The packages of OBSTACLES are not among them; their fields follow the
+# documentation of the packages (docs.ros.org).
 
 
 OBSTACLES: Final[dict[str, str]] = {
@@ -48,6 +48,22 @@ OBSTACLES: Final[dict[str, str]] = {
     "derived_object_msgs/msg/ObjectArray": """
         std_msgs/Header header
         derived_object_msgs/Object[] objects""",
+    "people_msgs/msg/Person": "string name\ngeometry_msgs/Point position\ngeometry_msgs/Point velocity\n"
+    "float64 reliability\nstring[] tagnames\nstring[] tags",
+    "people_msgs/msg/People": "std_msgs/Header header\npeople_msgs/Person[] people",
+    "people_msgs/msg/PositionMeasurement": "std_msgs/Header header\nstring name\nstring object_id\n"
+    "geometry_msgs/Point pos\nfloat64 reliability\nfloat64[9] covariance\nbyte initialization",
+    "people_msgs/msg/PositionMeasurementArray": "std_msgs/Header header\n"
+    "people_msgs/PositionMeasurement[] people\nfloat32[] cooccurrence",
+    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
+    "vision_msgs/msg/ObjectHypothesisWithPose": "vision_msgs/ObjectHypothesis hypothesis\n"
+    "geometry_msgs/PoseWithCovariance pose",
+    "vision_msgs/msg/BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size",
+    "vision_msgs/msg/Detection3D": "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
+    "vision_msgs/BoundingBox3D bbox\nstring id",
+    "vision_msgs/msg/Detection3DArray": "std_msgs/Header header\nvision_msgs/Detection3D[] detections",
+    "map_msgs/msg/OccupancyGridUpdate": "std_msgs/Header header\nint32 x\nint32 y\nuint32 width\nuint32 height\n"
+    "int8[] data",
 }
 """Fields of messages that rosbags does not define, by type."""
 
@@ -186,6 +202,7 @@ class Odometry(NamedTuple):
     velocity: Array  # (2,) [m/s], in the frame of the header
     speed: float  # [m/s] along the heading
     turn: float  # [rad/s]
+    error: float  # [m] largest standard deviation of the position; 0: not stated
 
     @property
     def pose(self) -> Pose:
@@ -197,7 +214,7 @@ def odometry(message: Any) -> Odometry:
     """Read a nav_msgs/Odometry, whose twist is in the frame of the body.
 
     Raises:
-        InvalidInput: no time stamp; numbers that are not finite; a quaternion that is none.
+        InvalidInput: no time stamp; numbers that are not finite; a quaternion or covariance that is none.
     """
     pose, twist = message.pose.pose, message.twist.twist
     axes = rotation(pose.orientation, "odometry.pose.orientation")
@@ -210,7 +227,24 @@ def odometry(message: Any) -> Odometry:
         (axes @ body)[:2],
         float(body[0]),
         number(twist.angular.z, "odometry.twist.angular.z"),
+        0.0 if (stated := in_plane(message.pose, 6)) is None else float(np.sqrt(np.linalg.eigvalsh(stated)[1])),
     )
+
+
+def in_plane(message: Any, n: int) -> Array | None:
+    """The covariance (2, 2) [m^2] of x and y in a field `covariance` of n x n numbers; None: all of it is 0, or none.
+
+    Zeros mean that it is not known. Raises InvalidInput for another number of values, or ones that are none.
+    """
+    given = array(getattr(message, "covariance", ()), "covariance")
+    if not given.any():
+        return None
+    if given.size != n * n:
+        raise InvalidInput(f"covariance: expected {n * n} numbers, found {given.size}")
+    found = given.reshape(n, n)[:2, :2]
+    if np.linalg.eigvalsh(found)[0] < 0.0 or found[0, 1] != found[1, 0]:
+        raise InvalidInput(f"covariance: expected a symmetric one without negative eigenvalues, found {found.tolist()}")
+    return np.asarray(found)
 
 
 class Placement(NamedTuple):

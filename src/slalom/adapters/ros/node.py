@@ -2,25 +2,33 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.adapters.ros.messages import SECOND, Frames, Odometry, Placed, Placement, odometry, seconds, xyz
-from slalom.adapters.ros.tracked import markers, objects, obstacles, occupancy_grid, placed_in
-from slalom.base.checks import GOAL, Array, has, text
+from slalom.adapters.ros.messages import (
+    SECOND,
+    Frames,
+    Odometry,
+    Placed,
+    Placement,
+    nanoseconds,
+    odometry,
+    seconds,
+    xyz,
+)
+from slalom.adapters.ros.tracked import READERS, grid_cells, markers, occupancy_grid, placed_in
+from slalom.base.checks import GOAL, Array, has, not_negative, shown, text
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import OCCUPIED
+from slalom.base.tolerances import OCCUPIED, REST
 from slalom.decision import Decision
-from slalom.decision.navigator import Navigator
-from slalom.decision.objective import FollowVelocity
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle.occupancy import OccupancyTable
-from slalom.perception.tracker import Tracker
-from slalom.vehicle.decision import VehicleDecision
+from slalom.vehicle.driver import Driver, DriveStatus
 from slalom.vehicle.navigator import VehicleNavigator
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -28,13 +36,15 @@ from slalom.vehicle.navigator import VehicleNavigator
 
 
 class Command(NamedTuple):
-    """Command for a period from the time of an odometry on."""
+    """Command for a period from the time of an odometry on, or without one in time to brake."""
 
     stamp: int  # [ns]
     linear: Array  # (2,) [m/s] in the frame of the body, at the end of the period
     angular: float  # [rad/s] at the end of the period
     acceleration: Array  # (2,) [m/s^2] in the frame of the body, mean of the period; of the point ahead of the axle
     decision: Decision
+    status: DriveStatus
+    sentence: str  # of the status
 
     def twist(self, kinds: Any) -> Any:
         """A geometry_msgs/Twist, made of `kinds.Twist` and `kinds.Vector3`."""
@@ -63,12 +73,24 @@ more often than once a period, if odometry does.
 """
 
 
+LATE: Final = 1000
+"""[ns] after the timeout of odometry at which the first command to brake is made. 0: rounding decides whether it is."""
+
+
+FOREVER: Final = 1 << 63
+"""[ns] A time that does not come."""
+
+
 KINDS: Final = {
     "nav_msgs/msg/Odometry": ("pose", "twist", "child_frame_id"),
     "visualization_msgs/msg/MarkerArray": ("markers",),
     "derived_object_msgs/msg/ObjectArray": ("objects",),
     "costmap_converter_msgs/msg/ObstacleArrayMsg": ("obstacles",),
+    "people_msgs/msg/People": ("people",),
+    "people_msgs/msg/PositionMeasurementArray": ("people", "cooccurrence"),
+    "vision_msgs/msg/Detection3DArray": ("detections",),
     "nav_msgs/msg/OccupancyGrid": ("info", "data"),
+    "map_msgs/msg/OccupancyGridUpdate": ("x", "y", "width", "height", "data"),
     "nav_msgs/msg/Path": ("poses",),
     "geometry_msgs/msg/PoseStamped": ("header", "pose"),
     "tf2_msgs/msg/TFMessage": ("transforms",),
@@ -78,45 +100,48 @@ KINDS: Final = {
 
 @dataclass(eq=False)
 class Node:
-    """A robot that decides at odometry messages, at most once in each period of `navigator`.
+    """A driver that decides at odometry messages, at most once in each period.
 
     `receive` takes every message. The time of a decision is the stamp of its odometry. Commands are therefore a
-    function of the messages in their order: equal messages give equal bits, live or from a bag.
+    function of the messages in their order: equal messages give equal bits, live or from a bag. `overdue` has the
+    commands where no odometry came: a function of the times of receipt.
 
     Attributes:
-        navigator: a `VehicleNavigator` for a robot on wheels, a `Navigator` for one that moves in every direction.
-        frame: the fixed frame, in which the odometry is.
-        tracker: estimates measured obstacles.
+        driver: decides, see `Driver`. frame: the fixed frame, in which the odometry is.
         namespaces: those of markers that are obstacles; None: all.
         occupied: [%] least value of an occupied cell of a map. unknown: whether unknown cells are occupied.
         stop: whether the robot stops at its goal. tolerance: [m] of the goal.
-        arrived: whether the robot has stopped at its goal; it then moves only to avoid obstacles, until it is farther
-            away than twice the tolerance.
+        sigmas: standard deviations of the measured position, by its covariance, by which the margin grows.
         unused: number of measurements that were too old, or came before.
     """
 
-    navigator: Navigator | VehicleNavigator
+    driver: Driver
     frame: str = "odom"
-    tracker: Tracker = field(default_factory=Tracker)
     namespaces: Collection[str] | None = None
     occupied: float = OCCUPIED
     unknown: bool = False
     stop: bool = True
     tolerance: float = 0.2
+    sigmas: float = 0.0
     unused: int = field(default=0, init=False)
-    arrived: bool = field(default=False, init=False)
     _goal: "Placed[Goal] | None" = field(default=None, init=False, repr=False)
     _map: "Placed[OccupancyTable] | None" = field(default=None, init=False, repr=False)
+    _known: OccupancyTable | None = field(default=None, init=False, repr=False)
     _grid: tuple[Any, ...] | None = field(default=None, init=False, repr=False)
     _first: int | None = field(default=None, init=False, repr=False)
-    _last: Command | None = field(default=None, init=False, repr=False)
+    _decided: int | None = field(default=None, init=False, repr=False)  # [ns] at odometry, the last time
+    _odometry: tuple[int, Odometry] | None = field(default=None, init=False, repr=False)  # [ns] of receipt
+    _due: int = field(default=0, init=False, repr=False)  # [ns] of receipt, of the next command without odometry
 
     def __post_init__(self) -> None:
-        has(self.navigator, ("decide", "period"), "a Navigator", "navigator")
+        has(self.driver, ("locate", "command"), "a Driver", "driver")
         self.frames = Frames(text(self.frame, "frame"))
+        self.sigmas = not_negative(self.sigmas, "sigmas")
 
-    def receive(self, message: Any) -> Command | None:
+    def receive(self, message: Any, at: int | None = None) -> Command | None:
         """The command after an odometry, if it is time and there is a goal; None after any other message.
+
+        at: [ns] time of receipt on any clock, which `overdue` takes too; None: the stamp of the odometry.
 
         Raises:
             InvalidInput: a message of another kind (see KINDS) or one that its reader refuses; an odometry in another
@@ -124,9 +149,11 @@ class Node:
         """
         kind = next((k for k, names in KINDS.items() if all(hasattr(message, n) for n in names)), None)
         if kind == "nav_msgs/msg/Odometry":
-            return self._command(odometry(message))
+            return self._at_odometry(odometry(message), at)
         if kind == "nav_msgs/msg/OccupancyGrid":
             self._take_map(message)
+        elif kind == "map_msgs/msg/OccupancyGridUpdate":
+            self._update_map(message)
         elif kind in ("nav_msgs/msg/Path", "geometry_msgs/msg/PoseStamped"):
             self._take_goal(message)
         elif kind == "tf2_msgs/msg/TFMessage":
@@ -137,22 +164,45 @@ class Node:
             self._take_tracks(message)
         return None
 
+    def overdue(self, at: int) -> list[Command]:
+        """The commands up to a time of receipt [ns] at which no odometry had come in time: the robot brakes to rest.
+
+        One a period from `Driver.state_timeout` after the last odometry on, up to the first one at rest.
+        """
+        made: list[Command] = []
+        if self._odometry is None or self._goal is None:
+            return made
+        received, seen = self._odometry
+        while self._due <= at:
+            command = self._command(seen, seen.stamp + self._due - received)
+            made.append(command)
+            rests = max(*np.abs(command.linear), abs(command.angular)) <= REST
+            self._due = FOREVER if rests else self._due + round(self.driver.navigator.period * SECOND)
+        return made
+
     def head_for(self, goal: Goal) -> None:
         """Take a goal in the fixed frame, in place of the one before."""
         has(goal, *GOAL, "goal")
         self._head_for(Placed(self.frame, lambda _: goal))
 
     def _head_for(self, goal: "Placed[Goal]") -> None:
-        self._goal, self.arrived = goal, False
+        self._goal = goal
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the robot has stopped at its goal, see `Driver`."""
+        return self.driver.arrived
 
     def _take_tracks(self, message: Any) -> None:
-        if hasattr(message, "markers"):
-            seen = list(markers(message, self.frames, self.namespaces))
-        else:
-            seen = list((objects if hasattr(message, "objects") else obstacles)(message, self.frames))
-        for stamp, id, position, velocity, shape, heading in seen:
-            t = self._since_first(stamp)
-            self.unused += not self.tracker.update(t, id, position, velocity, shape=shape, heading=heading)
+        field = next(each for each in READERS if hasattr(message, each))
+        read = markers(message, self.frames, self.namespaces) if field == "markers" else None
+        seen = list(READERS[field](message, self.frames) if read is None else read)
+        times = {one.stamp for one in seen}
+        if not times and hasattr(message, "header"):
+            times = {nanoseconds(message.header, field)}
+        for stamp in sorted(times):
+            at_once = [one[1:] for one in seen if one.stamp == stamp]
+            self.unused += self.driver.see(self._since_first(stamp), at_once)
 
     def _since_first(self, stamp: int) -> float:
         """Time [s] since the first stamp: since 1970, the last digits of seconds would be lost."""
@@ -163,10 +213,26 @@ class Node:
         """Make obstacles of a map; one that is published again unchanged costs nothing."""
         info, cells = message.info, np.asarray(message.data, dtype=np.int8)
         at = (*xyz(info.origin.position, "grid.info.origin.position"), repr(info.origin.orientation))
-        key = (cells.tobytes(), info.width, info.height, info.resolution, at)
+        key = (cells.tobytes(), info.width, info.height, info.resolution, at, message.header.frame_id)
         if key != self._grid:
-            known = occupancy_grid(message, self.occupied, self.unknown)
-            self._grid, self._map = key, Placed(message.header.frame_id, lambda place: placed_in(known, place))
+            self._grid = key
+            self._place(occupancy_grid(message, self.occupied, self.unknown), message.header.frame_id)
+
+    def _update_map(self, message: Any) -> None:
+        """Make obstacles of a map with a part that has changed."""
+        if self._known is None or self._grid is None:
+            raise InvalidInput("grid update: expected a nav_msgs/OccupancyGrid before, found none")
+        of_map = self._grid[-1]
+        if message.header.frame_id != of_map:
+            found = shown(message.header.frame_id)
+            raise InvalidInput(f"grid update: header.frame_id: expected {of_map!r}, as of the map, found {found}")
+        part = grid_cells(message, message, "grid update")
+        # A map that is published again as it was before is then another one.
+        self._grid = None, of_map
+        self._place(self._known.updated(part, int(message.y), int(message.x)), of_map)
+
+    def _place(self, known: OccupancyTable, frame: str) -> None:
+        self._known, self._map = known, Placed(frame, lambda place: placed_in(known, place))
 
     def _take_goal(self, message: Any) -> None:
         """The goal of a pose or a path."""
@@ -184,41 +250,37 @@ class Node:
 
         self._head_for(Placed(message.header.frame_id, placed))
 
-    def _command(self, seen: Odometry) -> Command | None:
+    def _at_odometry(self, seen: Odometry, at: int | None) -> Command | None:
         if seen.frame != self.frame:
             raise InvalidInput(f"odometry.header.frame_id: expected {self.frame!r}, found {seen.frame!r}")
-        last, period = self._last, self.navigator.period
-        if self._goal is None or (last and 0 <= seen.stamp - last.stamp < EARLY_DECISION * period * SECOND):
+        driver = self.driver
+        wheels = isinstance(driver.navigator, VehicleNavigator)
+        state = seen.pose if wheels else State(seen.position, seen.velocity)
+        driver.locate(self._since_first(seen.stamp), state, self.sigmas * seen.error)
+        received = seen.stamp if at is None else at
+        self._odometry, self._due = (received, seen), received + ceil(driver.state_timeout * SECOND) + LATE
+        since = np.inf if self._decided is None else seen.stamp - self._decided
+        if self._goal is None or since < EARLY_DECISION * driver.navigator.period * SECOND:
             return None
-        now, previous = self._since_first(seen.stamp), None if last is None else last.decision
+        self._decided = seen.stamp
+        return self._command(seen, seen.stamp)
+
+    def _command(self, seen: Odometry, stamp: int) -> Command:
+        """The command at a time [ns] after an odometry."""
+        driver, period = self.driver, self.driver.navigator.period
+        assert self._goal is not None
         goal = self._goal.at(self.frames, "goal")
-        self.arrived = self._at_rest_there(seen, goal, now)
-        obstacles, wanted = [*self.map, *self.tracker.at(now)], FollowVelocity(np.zeros(2)) if self.arrived else None
-        toward = None if self.arrived else goal
-        state: Any = seen.pose if isinstance(self.navigator, VehicleNavigator) else State(seen.position, seen.velocity)
-        last_one: Any = previous
-        decision = self.navigator.decide(state, obstacles, toward, now=now, previous=last_one, objective=wanted)
-        self._last = self._following(seen, decision, now)
-        return self._last
-
-    def _at_rest_there(self, seen: Odometry, goal: Goal, now: float) -> bool:
-        """Whether the robot has stopped at the goal, and since then has not left it by twice the tolerance."""
-        if self.arrived:
-            return float(np.linalg.norm(goal.position(now) - seen.position)) <= 2.0 * goal.tolerance
-        return goal.stop and goal.reached(seen.position, seen.velocity, now)
-
-    @property
-    def map(self) -> list[OccupancyTable]:
-        """The map as obstacles in the fixed frame; none before a map came, or of an empty one."""
-        found = [] if self._map is None else [self._map.at(self.frames, "grid")]
-        return [table for table in found if len(table)]
-
-    def _following(self, seen: Odometry, decision: Decision, now: float) -> Command:
-        """The command that follows a decision for a period."""
-        plan, period = decision.manoeuvre, self.navigator.period
+        if goal is not driver.goal:
+            driver.head_for(goal)
+        if self._map is not None:
+            driver.walls = self._map.at(self.frames, "grid")
+        now = self._since_first(stamp)
+        drive = driver.command(now)
+        assert drive.decision is not None
         body = Placement(seen.position, seen.heading).axes
-        acceleration = plan.mean_acceleration(now, period) @ body
-        if isinstance(decision, VehicleDecision):
-            speed, turn = decision.command
-            return Command(seen.stamp, np.array([speed, 0.0]), turn, acceleration, decision)
-        return Command(seen.stamp, plan.velocity(now + period) @ body, 0.0, acceleration, decision)
+        acceleration = drive.decision.manoeuvre.mean_acceleration(now, period) @ body
+        if isinstance(drive.command, tuple):
+            linear, angular = np.array([drive.command.speed, 0.0]), drive.command.turn
+        else:
+            linear, angular = drive.command @ body, 0.0
+        return Command(stamp, linear, angular, acceleration, drive.decision, drive.status, drive.sentence)

@@ -1,6 +1,6 @@
 """A node of rclpy and its settings, which are also those of the command line. It imports no numpy by itself."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
@@ -8,7 +8,7 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import OCCUPIED
 
 if TYPE_CHECKING:
-    from slalom.adapters.ros.node import Node
+    from slalom.adapters.ros.node import Command, Node
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +57,13 @@ class NodeSettings:
         Whether unknown cells of a map are occupied.
     tolerance
         Distance from the goal at which the robot has arrived [m].
+    state_timeout
+        Time without odometry after which the robot brakes to rest [s].
+    detection_timeout
+        Time without obstacle messages, after the first one, after which the robot comes to rest [s]; by default
+        max-age.
+    sigmas
+        Standard deviations of the position of odometry, by its covariance, by which the margin grows [1].
     """
 
     method: str = "nao"
@@ -79,6 +86,9 @@ class NodeSettings:
     occupied: float = OCCUPIED
     unknown: bool = False
     tolerance: float = 0.2
+    state_timeout: float = 0.5
+    detection_timeout: float | None = None
+    sigmas: float = 0.0
 
     def node(self) -> "Node":
         """A new node. Raises InvalidInput for settings that do not fit."""
@@ -88,6 +98,7 @@ class NodeSettings:
         from slalom.model.limits import Limits
         from slalom.model.shape import Disc
         from slalom.perception.tracker import ConstantVelocityFilter, Tracker
+        from slalom.vehicle.driver import Driver
         from slalom.vehicle.kinds import DifferentialDrive
         from slalom.vehicle.navigator import VehicleNavigator
 
@@ -103,14 +114,15 @@ class NodeSettings:
             navigator = VehicleNavigator(drive, chosen, body, **settings)
         motion = ConstantVelocityFilter(self.acceleration_error, self.position_error)
         tracker = Tracker(filter=motion, max_age=self.max_age)
+        timeouts = self.state_timeout, self.detection_timeout
         return Node(
-            navigator,
+            Driver(navigator, tracker, (), *timeouts),
             self.frame,
-            tracker,
             None if self.namespaces is None else tuple(self.namespaces),
             self.occupied,
             self.unknown,
             tolerance=self.tolerance,
+            sigmas=self.sigmas,
         )
 
 
@@ -125,7 +137,10 @@ TOPICS: Final = {
     "people": "visualization_msgs/msg/MarkerArray",
     "objects": "derived_object_msgs/msg/ObjectArray",
     "obstacles": "costmap_converter_msgs/msg/ObstacleArrayMsg",
+    "persons": "people_msgs/msg/People",
+    "detections": "vision_msgs/msg/Detection3DArray",
     "map": "nav_msgs/msg/OccupancyGrid",
+    "map_updates": "map_msgs/msg/OccupancyGridUpdate",
     "plan": "nav_msgs/msg/Path",
     "goal_pose": "geometry_msgs/msg/PoseStamped",
     "tf": "tf2_msgs/msg/TFMessage",
@@ -149,16 +164,23 @@ def main() -> None:
     chosen = {each.name: ros.declare_parameter(each.name, each.default, free).value for each in fields(NodeSettings)}
     core, commands = NodeSettings(**chosen).node(), ros.create_publisher(Twist, "cmd_vel", 10)
     kinds = type("Kinds", (), {"Twist": Twist, "Vector3": Vector3})
+    last: list[object] = [None]
 
-    def receive(message: Any) -> None:
+    def send(step: "Callable[[int], list[Command]]") -> None:
         try:
-            command = core.receive(message)
+            made = step(ros.get_clock().now().nanoseconds)
         except InvalidInput as error:
             ros.get_logger().error(str(error))
             commands.publish(Twist())
             return
-        if command is not None:
+        for command in made:
+            if command.status is not last[0]:
+                ros.get_logger().info(command.sentence)
+            last[0] = command.status
             commands.publish(command.twist(kinds))
+
+    def receive(message: Any) -> None:
+        send(lambda now: [command for command in (core.receive(message, now),) if command is not None])
 
     for topic, kind in TOPICS.items():
         lasting = DurabilityPolicy.TRANSIENT_LOCAL if topic in ("map", "tf_static") else DurabilityPolicy.VOLATILE
@@ -166,6 +188,7 @@ def main() -> None:
             ros.create_subscription(get_message(kind), topic, receive, QoSProfile(depth=10, durability=lasting))
         except ModuleNotFoundError as error:
             ros.get_logger().warning(f"{topic}: not read, found no {error.name}")
+    ros.create_timer(core.driver.navigator.period, lambda: send(core.overdue))
     rclpy.spin(ros)
 
 

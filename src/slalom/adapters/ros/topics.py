@@ -1,5 +1,6 @@
 """Topics of ROS 2 through a node: from bags, and over DDS without ROS; the figure of a replay."""
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from csv import writer
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 
 from slalom.adapters.ros.messages import SECOND, dds_type, seconds, store, to_dds
 from slalom.adapters.ros.node import KINDS, Command, Node
+from slalom.adapters.ros.tracked import READERS
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidFile, InvalidInput, reason
 from slalom.model.shape import Disc, Shape
@@ -25,6 +27,15 @@ ODOMETRY: Final = "nav_msgs/msg/Odometry"
 TWIST: Final = "geometry_msgs/msg/Twist"
 COLUMNS: Final = ("time", "linear_x", "linear_y", "angular_z", "acceleration_x", "acceleration_y", "outcome")
 """Columns of a table of commands: s, m/s, m/s, rad/s, m/s^2, m/s^2."""
+
+
+WITHOUT_OBSTACLES: Final = re.compile(
+    "(action|actionlib|control|diagnostic|geographic|geometry|lifecycle|map|nav|rosgraph|sensor|shape|statistics|std|tf2"
+    "|trajectory|unique_identifier)_msgs|(builtin|composition|rcl)_interfaces|bond|dynamic_reconfigure"
+)
+"""Packages of messages that say nothing of obstacles, except those of OF_OBSTACLES."""
+OF_OBSTACLES: Final = re.compile("Scan|PointCloud|Range|GridCells|ProjectedMap")
+"""Names of messages of these packages from which obstacles can be detected."""
 
 
 class Sent(NamedTuple):
@@ -45,23 +56,27 @@ def kinds() -> Any:
 
 
 def read_bag(
-    bag: Path, topics: Collection[str] | None = None, progress: Callable[[float], None] | None = None
+    bag: Path,
+    topics: Collection[str] | None = None,
+    progress: Callable[[float], None] | None = None,
+    ignore: Collection[str] = (),
 ) -> Iterator[Sent]:
     """Messages of a bag in the order in which they were recorded.
 
     Args:
         topics: those to read; None: all of a kind that a node takes. progress: called with the share that is read.
+        ignore: those not to read, whatever their kind.
 
     Raises:
         InvalidFile: no bag. InvalidInput: a topic that the bag does not have, or of a kind that no node takes; odometry
-            of more than one topic.
+            of more than one topic; without `topics`, obstacles of a kind that no node takes and that are not ignored.
     """
     from rosbags.highlevel import AnyReader, AnyReaderError
 
     try:
         with AnyReader([bag], default_typestore=store()) as reader:
             found = {each.topic: str(each.msgtype) for each in reader.connections}
-            taken = _taken(found, topics)
+            taken = _taken(found, topics, ignore)
             connections = [c for c in reader.connections if c.topic in taken]
             count = sum(c.msgcount for c in connections)
             for k, (connection, t, raw) in enumerate(reader.messages(connections), 1):
@@ -73,15 +88,22 @@ def read_bag(
         raise InvalidFile([f"{bag}: expected a bag of ROS, found {reason(error)}"]) from None
 
 
-def _taken(found: dict[str, str], topics: Collection[str] | None) -> set[str]:
+def _taken(found: dict[str, str], topics: Collection[str] | None, ignore: Collection[str] = ()) -> set[str]:
     """Topics to read, of those found with their kinds."""
-    missing = sorted(set(topics or ()) - set(found))
-    if missing:
-        raise InvalidInput(f"topics: expected some of {', '.join(sorted(found))}; found {', '.join(missing)}")
+    for name, given in (("topics", topics), ("ignore", ignore)):
+        missing = sorted(set(given or ()) - set(found))
+        if missing:
+            raise InvalidInput(f"{name}: expected some of {', '.join(sorted(found))}; found {', '.join(missing)}")
+    found = {topic: kind for topic, kind in found.items() if topic not in ignore}
     taken = {topic for topic, kind in found.items() if kind in (KINDS if topics is None else {*KINDS, TWIST})}
     refused = sorted(set(topics or ()) - taken)
     if refused:
-        raise InvalidInput(f"topics: expected some with {', '.join(KINDS)}; found {found[refused[0]]}")
+        raise InvalidInput(f"topics: expected some with {', '.join(KINDS)}; found {found.get(refused[0], 'none')}")
+    unread = sorted(f"{topic} ({kind})" for topic, kind in found.items() if _may_have_obstacles(kind))
+    if topics is None and unread:
+        known = ", ".join(kind for kind, fields in KINDS.items() if fields[0] in READERS)
+        expected = f"obstacles as {known}, or the others named by --ignore"
+        raise InvalidInput(f"bag: expected {expected}; found {', '.join(unread)}")
     taken = taken if topics is None else set(topics)
     sources = sorted(topic for topic in taken if found[topic] == ODOMETRY)
     if len(sources) > 1:
@@ -89,10 +111,19 @@ def _taken(found: dict[str, str], topics: Collection[str] | None) -> set[str]:
     return taken
 
 
+def _may_have_obstacles(kind: str) -> bool:
+    """Whether messages of a kind that no node takes may tell of obstacles."""
+    package, name = kind.split("/")[0], kind.split("/")[-1]
+    return kind not in KINDS and not (WITHOUT_OBSTACLES.fullmatch(package) and not OF_OBSTACLES.search(name))
+
+
 def replay(messages: Iterable[Sent], node: Node) -> list[Command]:
-    """Commands of a node that takes the messages in their order."""
-    commands = (node.receive(each.message) for each in messages)
-    return [command for command in commands if command is not None]
+    """Commands of a node that takes the messages in their order, with those where no odometry came in time."""
+    commands: list[Command] = []
+    for each in messages:
+        found = [*node.overdue(each.t), node.receive(each.message, each.t)]
+        commands += [command for command in found if command is not None]
+    return commands
 
 
 def differences(commands: Sequence[Command], twists: Iterable[Any]) -> int:
@@ -201,14 +232,26 @@ class Wire:
 
     def messages(self, timeout: float) -> Iterator[Sent]:
         """Messages as they come, in the order in which they were written; ends after `timeout` [s] without any."""
-        while self._wait.wait(round(timeout * SECOND)):
+        return (sent for silence, sent in self.heard(timeout, timeout) if silence == 0.0)
+
+    def heard(self, timeout: float, period: float) -> Iterator[tuple[float, Sent]]:
+        """As `messages`, each with 0; after each `period` [s] without any the last one again, with the silence [s]."""
+        silence, last = 0.0, None
+        while silence < timeout:
+            if not self._wait.wait(round(period * SECOND)):
+                silence += period
+                if last is not None:
+                    yield silence, last
+                continue
             taken = [
                 Sent(topic, kind, int(message.sample_info.source_timestamp), message)
                 for topic, kind, reader in self._readers
                 for message in reader.take(DEPTH)
                 if message.sample_info.valid_data
             ]
-            yield from sorted(taken, key=lambda each: each.t)
+            for last in sorted(taken, key=lambda each: each.t):
+                silence = 0.0
+                yield 0.0, last
 
     def _topic(self, topic: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
@@ -227,6 +270,8 @@ def serve(
 ) -> list[Command]:
     """Commands of a node that ran over DDS, each sent as geometry_msgs/Twist as soon as it was made.
 
+    Where no odometry comes in time it commands to brake; after the last message these commands are sent only.
+
     Args:
         topics: the kind of message by topic.
         timeout: [s] without any message after which the node ends.
@@ -235,13 +280,20 @@ def serve(
     wire = Wire(domain)
     writer = wire.writer(command, TWIST)
     kinds = dds_kinds()
-    made = []
+    made, braking = list[Command](), list[Command]()
     for topic, kind in topics.items():
         wire.read(topic, kind)
-    for each in wire.messages(timeout):
+    for silence, each in wire.heard(timeout, node.driver.navigator.period):
+        braked = node.overdue(each.t + round(silence * SECOND))
+        braking += braked
+        for one in braked:
+            wire.send(writer, one.twist(kinds))
+        if silence > 0.0:
+            continue
         if seen is not None:
             seen(each)
-        found = node.receive(each.message)
+        found = node.receive(each.message, each.t)
+        made, braking = [*made, *braking], []
         if found is not None:
             wire.send(writer, found.twist(kinds))
             made.append(found)
@@ -319,5 +371,5 @@ def _estimated(inputs: Sequence[Any], first: float) -> list[Obstacle]:
     for id, rows in seen.items():
         times, places, shapes = zip(*rows)
         motion = Sampled(times, np.array(places)) if len(rows) > 1 else Stationary(places[0])
-        found.append(Obstacle(shapes[-1], motion, str(id)))
+        found.append(Obstacle(shapes[-1], motion, str(id), after_end="leaves"))
     return found

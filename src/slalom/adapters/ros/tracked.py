@@ -1,11 +1,12 @@
-"""Obstacles from messages of trackers: markers, derived objects, and obstacles of costmap_converter."""
+"""Obstacles from messages of trackers, by the table READERS, and from occupancy grids."""
 
-from collections.abc import Collection, Hashable, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterator
+from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.adapters.ros.messages import Frames, Placement, heading_of, nanoseconds, rotation, xyz
+from slalom.adapters.ros.messages import Frames, Placement, heading_of, in_plane, nanoseconds, rotation, xyz
 from slalom.base.checks import Array, not_negative, positive
 from slalom.base.errors import InvalidInput
 from slalom.model.shape import Disc, Polygon, Polyline, Rectangle, Shape
@@ -34,13 +35,14 @@ TRACKED: Final = 1
 
 
 class Seen(NamedTuple):
-    """One measurement, for `Tracker.update`."""
+    """One measurement: after its stamp the arguments of `Tracker.update`."""
 
     stamp: int  # [ns]
     id: Hashable
     position: Array  # (2,) [m]
     velocity: Array | None  # (2,) [m/s]
-    shape: Shape
+    covariance: Array | None  # (2, 2) [m^2] of the position
+    shape: Shape | None
     heading: float | None  # [rad]
 
 
@@ -116,7 +118,7 @@ def obstacles(message: Any, frames: Frames) -> Iterator[Seen]:
         else:
             shape = Polyline(around, radius) if len(corners) == 2 else Polygon(around, radius)
         velocity = place.axes @ xyz(each.velocities.twist.linear, f"{name}: velocities")[:2]
-        yield Seen(stamp, ("obstacle", int(each.id)), center, velocity, shape, 0.0 if len(corners) > 1 else None)
+        yield Seen(stamp, ("obstacle", int(each.id)), center, velocity, None, shape, 0.0 if len(corners) > 1 else None)
 
 
 def _placed(
@@ -127,7 +129,61 @@ def _placed(
     heading = None if isinstance(shape, Disc) else heading_of(axes) + place.heading
     position = place.point(xyz(each.pose.position, f"{name}: position")[:2])
     moving = None if velocity is None else place.axes @ velocity
-    return Seen(nanoseconds(each.header, name), id, position, moving, shape, heading)
+    return Seen(nanoseconds(each.header, name), id, position, moving, None, shape, heading)
+
+
+def people(message: Any, frames: Frames) -> Iterator[Seen]:
+    """Measurements of a people_msgs/People, or of a PositionMeasurementArray; they have the shape of the tracker.
+
+    Raises:
+        InvalidInput: a frame or a time that is not known; a covariance that is none.
+    """
+    for each in message.people:
+        measured = hasattr(each, "pos")
+        header, id = (each.header, each.object_id or each.name) if measured else (message.header, each.name)
+        name = f"person {id!r}"
+        place = frames.of(header.frame_id, name)
+        position = place.point(xyz(each.pos if measured else each.position, f"{name}: position")[:2])
+        velocity = None if measured else place.axes @ xyz(each.velocity, f"{name}: velocity")[:2]
+        key = ("person", str(id)) if id else None
+        yield Seen(nanoseconds(header, name), key, position, velocity, _turned(each, 3, place), None, None)
+
+
+def detections(message: Any, frames: Frames) -> Iterator[Seen]:
+    """Measurements of a vision_msgs/Detection3DArray: boxes, with the covariance of the first result.
+
+    Raises:
+        InvalidInput: detections in an image; a frame or a time that is not known; a size of 0; a covariance that is
+            none.
+    """
+    for each in message.detections:
+        id = str(getattr(each, "id", "") or getattr(each, "tracking_id", ""))
+        name = f"detection {id!r}"
+        if not hasattr(each.bbox, "size"):
+            raise InvalidInput(f"{name}: expected a box in space (Detection3D), found one in an image (Detection2D)")
+        header = each.header if each.header.frame_id else message.header
+        axes = rotation(each.bbox.center.orientation, f"{name}: orientation")
+        shape = _box(xyz(each.bbox.size, f"{name}: size"), axes, name)
+        boxed = SimpleNamespace(header=header, pose=each.bbox.center)
+        seen = _placed(boxed, frames, name, ("detection", id) if id else None, shape, axes, None)
+        spread = _turned(each.results[0].pose, 6, frames.of(header.frame_id, name)) if len(each.results) else None
+        yield seen._replace(covariance=spread)
+
+
+def _turned(message: Any, n: int, place: Placement) -> Array | None:
+    """The covariance (2, 2) [m^2] of a position of a message in the frame of `place`; None: not known."""
+    found = in_plane(message, n)
+    return None if found is None else place.axes @ found @ place.axes.T
+
+
+READERS: Final[dict[str, Callable[[Any, Frames], Iterator[Seen]]]] = {
+    "markers": markers,
+    "objects": objects,
+    "obstacles": obstacles,
+    "people": people,
+    "detections": detections,
+}
+"""Readers of measurements by the field of the message that has them."""
 
 
 def _box(sizes: Array, axes: Array, name: str) -> Shape:
@@ -154,14 +210,19 @@ def occupancy_grid(message: Any, occupied: float, unknown: bool) -> OccupancyTab
     Raises:
         InvalidInput: a grid whose number of cells is not width times height; what `occupancy` refuses.
     """
-    info, cells = message.info, np.asarray(message.data, dtype=np.int8)
-    if cells.size != info.width * info.height:
-        raise InvalidInput(f"grid.data: expected {info.width} x {info.height} cells, found {cells.size}")
-    cells = cells.reshape(int(info.height), int(info.width))
+    info, cells = message.info, grid_cells(message, message.info, "grid")
     resolution = positive(float(info.resolution), "grid.info.resolution")
     heading = heading_of(rotation(info.origin.orientation, "grid.info.origin.orientation"))
     x, y, _ = xyz(info.origin.position, "grid.info.origin.position")
     return occupancy(cells, resolution, (x, y, heading), occupied=occupied, unknown=unknown)
+
+
+def grid_cells(message: Any, size: Any, name: str) -> Any:
+    """The cells (height, width) of a message. Raises InvalidInput for another number of them than its size states."""
+    cells = np.asarray(message.data, dtype=np.int8)
+    if cells.size != size.width * size.height:
+        raise InvalidInput(f"{name}.data: expected {size.width} x {size.height} cells, found {cells.size}")
+    return cells.reshape(int(size.height), int(size.width))
 
 
 def placed_in(known: OccupancyTable, place: Placement) -> OccupancyTable:

@@ -1,0 +1,371 @@
+"""The loop around a navigator: states, detections, walls and goals in, a command with its status out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from math import atan2, ceil, dist, pi
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from slalom.base.checks import (
+    GOAL,
+    STATE,
+    Array,
+    Positive,
+    check_fields,
+    has,
+    listing,
+    not_before,
+    not_negative,
+    number,
+    or_infinite,
+    positive,
+)
+from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import TIME
+from slalom.decision import Decision
+from slalom.decision.inputs import Approach
+from slalom.decision.navigator import Navigator
+from slalom.decision.objective import FollowVelocity
+from slalom.model.goal import Goal
+from slalom.model.path_goal import PathGoal
+from slalom.model.state import State
+from slalom.model.trajectory import Stationary
+from slalom.obstacle.window import Obstacles, listed
+from slalom.perception.tracker import Tracker
+from slalom.vehicle.decision import VehicleDecision
+from slalom.vehicle.following import same_goal
+from slalom.vehicle.navigator import VehicleNavigator
+from slalom.vehicle.vehicle import POSE, Command, Pose
+
+RETRY: Final = 3.0
+"""[s] without progress after a recovery, or without a way to the goal, after which the next step follows.
+
+Larger: it asks for a path later. Smaller: a robot that waits for people after a recovery counts as stuck.
+"""
+
+SLOW: Final = 0.1
+"""[1] Share of its largest speed below which a robot rests that may be stuck again. Larger: one that turns away counts.
+"""
+
+RECOVERIES: Final = 2
+"""[1] Recoveries that are tried: to turn, and to back up. More: it asks for a path later."""
+
+RECOVERY_TIME: Final = 5.0
+"""[s] after which a recovery ends at the latest. Larger: it waits longer where it cannot move at all."""
+
+BACK_BY: Final = 2.0
+"""[1] Distance by which a robot backs up, in radii of the disc about it. Smaller: it does not leave a narrow place."""
+
+FACES: Final = 0.35
+"""[rad] A robot faces what lies within this angle ahead. Larger: it keeps its view. Smaller: turns without effect."""
+
+OTHER_WAY: Final = 1.0
+"""[m] A path that is longer than the rest of the one before by more than this is another way: progress begins anew.
+
+Larger: a robot on a detour counts as stuck. Smaller: one whose planner has this noise never does.
+"""
+
+ERROR_STEP: Final = 0.02
+"""[m] The margin grows with the error of the position in steps. Smaller: more navigators are made."""
+
+BACK_SHARE: Final = 0.25
+"""[1] Tolerance of the end of the way back, as a share of it. Larger: it hardly backs up. Smaller: it takes longer."""
+
+
+DETECTED: Final = 6
+"""[1] Values of a detection at most: the arguments of `Tracker.update` after the time, from the id to the heading."""
+
+
+class DriveStatus(Enum):
+    """What a driver does; the value is the sentence for the user."""
+
+    WAITING = "No state has come yet; the command is to stand."
+    IDLE = "There is no goal; the robot comes to rest, and then moves only to avoid obstacles."
+    DRIVING = "The robot drives to its goal."
+    ARRIVED = "The robot has arrived; at a goal to stop at it rests, and moves only to avoid obstacles."
+    NO_STATE = "No state came within `state_timeout`; the robot brakes to rest."
+    NO_DETECTIONS = "No detections came within `detection_timeout`; the robot comes to rest, as without a goal."
+    TURNING = "The robot is stuck; it turns on the spot towards its goal."
+    BACKING = "The robot is stuck; it backs up."
+    NEEDS_PATH = "The robot is stuck, also after its recoveries; it needs another path or goal."
+
+
+class Drive(NamedTuple):
+    """The command of a driver, and why.
+
+    Attributes:
+        status: what the driver does. sentence: the same with its numbers, and the outcome of an unsafe decision.
+        command: of a vehicle its `Command`, else the velocity (d,) [m/s] at the end of the period.
+        decision: of the navigator; None before the first state.
+    """
+
+    status: DriveStatus
+    sentence: str
+    command: Command | Array
+    decision: Decision | None
+
+
+class _Recovery(NamedTuple):
+    """A motion that may free a robot: a decision of its navigator for another goal."""
+
+    status: DriveStatus
+    goal: Goal
+    until: float  # [s]
+
+
+@dataclass(eq=False)
+class Driver:
+    """One robot with all that its loop needs: the last state, tracks, walls, a goal, and the last decision.
+
+    Call `locate` for each state, `see` for each set of detections, `head_for` for each goal or path, and `command` once
+    a period. Set `walls` when the map changes. All times are of one clock.
+
+    Every command is a decision of the navigator, in recoveries too. Without a state for `state_timeout` the robot
+    brakes to rest on its predicted motion, as hard as its limits allow. A robot that is stuck turns on the spot, then
+    backs up, as far as it can, and then needs another path. Between these steps it tries its goal for 3 s.
+
+    Attributes:
+        navigator: decides. tracker: estimates what `see` gets.
+        walls: obstacles that are known, as `Navigator.decide` takes them.
+        state_timeout: [s] age of a state after which the robot brakes to rest.
+        detection_timeout: [s] age of detections after which the robot comes to rest, from the first ones on; None: the
+            `max_age` of the tracker, after which it has forgotten all of them.
+        goal: the one to head for; None: none. arrived: whether it was reached; a robot that rests there drives on when
+            it is farther away than twice the tolerance.
+
+    Raises:
+        InvalidInput: parts that do not fit; a timeout that is not above 0, or of states above the horizon.
+    """
+
+    navigator: Navigator | VehicleNavigator
+    tracker: Tracker = field(default_factory=Tracker)
+    walls: Obstacles = ()
+    state_timeout: Positive = 0.5
+    detection_timeout: float | None = None
+    goal: Goal | None = field(default=None, init=False)
+    arrived: bool = field(default=False, init=False)
+    _state: Any = field(default=None, init=False, repr=False)  # with its time [s] and error [m]
+    _seen: float | None = field(default=None, init=False, repr=False)
+    _last: Any = field(default=None, init=False, repr=False)
+    _on_way: Any = field(default=None, init=False, repr=False)
+    _braking: tuple[float, Any] | None = field(default=None, init=False, repr=False)
+    _recovery: _Recovery | None = field(default=None, init=False, repr=False)
+    _tried: int = field(default=0, init=False, repr=False)
+    _stuck: Approach | None = field(default=None, init=False, repr=False)
+    _searched: tuple[Any, float] | None = field(default=None, init=False, repr=False)  # walls without a way, and when
+    _wider: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        has(self.navigator, ("decide", "period", "horizon", "margin"), "a Navigator", "navigator")
+        has(self.tracker, ("update", "at", "max_age"), "a Tracker", "tracker")
+        check_fields(self)
+        if self.detection_timeout is not None:
+            self.detection_timeout = or_infinite(self.detection_timeout, "detection_timeout", positive)
+        if self.state_timeout > self.navigator.horizon:
+            expected = f"at most the horizon, {self.navigator.horizon:g} s"
+            raise InvalidInput(f"state_timeout: expected {expected}, found {self.state_timeout:g} s")
+
+    def locate(self, t: float, state: State | Pose, error: float = 0.0) -> None:
+        """Take the state of the robot, of a vehicle its pose, as it was at time `t` [s].
+
+        error: [m] by which its position may be off. The margin grows by it, up to the next 2 cm.
+
+        Raises:
+            InvalidInput: a state of another kind, a time before that of the last one, an error below 0.
+        """
+        members, expected = POSE if isinstance(self.navigator, VehicleNavigator) else STATE
+        has(state, members, expected, "state")
+        since = -np.inf if self._state is None else self._state[1]
+        self._state = state, not_before(t, since, "t", "a state"), not_negative(error, "error")
+
+    def see(self, t: float, detections: Sequence[Sequence[Any]] = ()) -> int:
+        """Take what was detected at time `t` [s]; the number of detections that were too old, or came before.
+
+        detections: each (id, position), and further arguments of `Tracker.update` in its order. None of them means that
+            nothing is there: obstacles that are known are predicted up to their `max_age`.
+
+        Raises:
+            InvalidInput: as `Tracker.update`; something else than a list of them.
+        """
+        number(t, "t")
+        listing(detections, "detections", "detections")
+        for k, each in enumerate(detections):
+            listing(each, "(id, position), and arguments of Tracker.update", f"detections[{k}]")
+            if not 2 <= len(each) <= DETECTED:
+                raise InvalidInput(f"detections[{k}]: expected 2 to {DETECTED} values, found {len(each)}")
+        used = [self.tracker.update(t, *each) for each in detections]
+        self._seen = t if self._seen is None else max(t, self._seen)
+        return len(used) - sum(used)
+
+    def head_for(self, goal: Goal | None) -> None:
+        """Take a goal or a path in place of the one before; None: come to rest.
+
+        A path with the same points goes on, and another one begins where the robot is nearest to it. A robot that is
+        stuck stays so if the new goal is at the same place, unless its path is longer by more than 1 m.
+        """
+        if goal is not None:
+            has(goal, *GOAL, "goal")
+        before, self.goal = self.goal, goal
+        self.arrived = False
+        if not self._is_same(before, goal):
+            self._tried = 0
+            self._recovery = self._stuck = self._searched = None
+            if self._last is not None:
+                self._last = _resumed(self._last, self._last)
+
+    def _is_same(self, before: Goal | None, goal: Goal | None) -> bool:
+        """Whether a goal is at the place of the one before, on no longer way."""
+        if self._state is None or before is None or goal is None:
+            return goal is before
+        if isinstance(before, PathGoal) and isinstance(goal, PathGoal):
+            place = self._state[0].position
+            left, rest = (each.length - each.nearest(place, 0.0, each.length) for each in (goal, before))
+            return left <= rest + OTHER_WAY and dist(goal.points[-1], before.points[-1]) <= goal.tolerance
+        return type(before) is type(goal) and same_goal(before, goal, self._state[1])
+
+    def command(self, now: float, obstacles: Obstacles = (), **further: Any) -> Drive:
+        """The command for the period from `now` [s] on.
+
+        Args:
+            obstacles: others than walls and tracks. further: arguments of `Navigator.decide`, such as robots or budget.
+
+        Raises:
+            InvalidInput: a time before that of the state or of the last command, except of one without a state in
+                time; what the navigator refuses.
+        """
+        rest = FollowVelocity(np.zeros(self.navigator.robot.dimension))
+        if self._state is None:
+            still = Command(0.0, 0.0) if isinstance(self.navigator, VehicleNavigator) else rest.velocity
+            return Drive(DriveStatus.WAITING, DriveStatus.WAITING.value, still, None)
+        state, measured, error = self._state
+        age = not_before(now, measured, "now", "the state") - measured
+        if age > self.state_timeout + TIME:
+            self._braking = (now, self._last if self._braking is None else self._braking[1])
+            decision = self._decided(self._predicted(now), (), None, now=now, objective=rest)
+            detail = f"the last one is {age:.2f} s old, {self.state_timeout:g} s are allowed"
+            return self._drive(DriveStatus.NO_STATE, decision, now, detail)
+        if self._braking is not None and now <= self._braking[0]:
+            self._last = self._braking[1]
+        self._braking = None
+        known = [each for each in listed(self.walls) if not hasattr(each, "__len__") or len(each)]
+        around = [*known, *self.tracker.at(now), *listed(obstacles)]
+        status, detail = self._situation(now)
+        further |= {"now": now, "delay": age, "error": error}
+        recovery = self._recovery
+        if status in (DriveStatus.IDLE, DriveStatus.NO_DETECTIONS) or (self.arrived and self.goal and self.goal.stop):
+            return self._drive(status, self._decided(state, around, None, objective=rest, **further), now, detail)
+        if recovery is not None:
+            return self._drive(recovery.status, self._decided(state, around, recovery.goal, **further), now, detail)
+        changed = self._searched is not None and self.walls is not self._searched[0]
+        again = changed and self._searched is not None and now >= self._searched[1] + RETRY
+        if self._last is not None and (again or self._last is not self._on_way):
+            self._last = _resumed(self._last, self._on_way or self._last)
+        self._on_way = self._decided(state, around, self.goal, **further)
+        if self._searched is None or again:
+            self._searched = None if getattr(self._on_way, "no_way", None) is None else (self.walls, now)
+        if status is DriveStatus.DRIVING:
+            status = self._progress(self._on_way, now)
+        return self._drive(status, self._on_way, now, detail)
+
+    def _decided(self, state: Any, around: Obstacles, goal: Goal | None, error: float = 0.0, **further: Any) -> Any:
+        """A decision with a margin that is larger by the error [m] of the position."""
+        steps = ceil(error / ERROR_STEP - TIME)
+        if steps not in self._wider:
+            margin = self.navigator.margin + steps * ERROR_STEP
+            self._wider[steps] = replace(self.navigator, margin=margin) if steps else self.navigator
+        self._last = self._wider[steps].decide(state, around, goal, previous=self._last, **further)
+        return self._last
+
+    def _predicted(self, now: float) -> Any:
+        """The state of the robot if it followed its last decision; the last one before any."""
+        if self._last is None:
+            return self._state[0]
+        if isinstance(self._last, VehicleDecision):
+            return self._last.pose_at(now)
+        return self._last.state_at(now, self._last.inputs.state, self._last.inputs.now)
+
+    def _situation(self, now: float) -> tuple[DriveStatus, str]:
+        """The status before a decision, with its numbers; a recovery that is over ends."""
+        state, goal = self._state[0], self.goal
+        if goal is None:
+            return DriveStatus.IDLE, ""
+        limit = self.tracker.max_age if self.detection_timeout is None else self.detection_timeout
+        if self._seen is not None and now - self._seen > limit + TIME:
+            return DriveStatus.NO_DETECTIONS, f"the last ones are {now - self._seen:.2f} s old, {limit:g} s are allowed"
+        there = state.position, state.velocity, now, getattr(state, "heading", None)
+        if self.arrived and goal.stop:
+            self.arrived = float(np.linalg.norm(goal.position(now) - state.position)) <= 2.0 * goal.tolerance
+        else:
+            self.arrived = self.arrived or goal.reached(*there)
+        if self._recovery and (self.arrived or now >= self._recovery.until or self._recovery.goal.reached(*there)):
+            self._recovery = None
+        return (DriveStatus.ARRIVED if self.arrived else DriveStatus.DRIVING), ""
+
+    def _progress(self, decision: Any, now: float) -> DriveStatus:
+        """The status of a robot after a decision for its goal; one that is stuck begins its next recovery."""
+        approach, stuck = decision.approach, self._stuck
+        if approach is None:
+            return DriveStatus.DRIVING
+        if stuck is not None and self.goal is not None:
+            # A robot that swings in front of what it is stuck at gains a little each time.
+            gained = stuck.distance - approach.distance > self.navigator.robot.bounding_radius
+            if gained or dist(approach.target, stuck.target) > self.goal.tolerance:
+                self._stuck, self._tried = None, 0
+        no_way = getattr(decision, "no_way", None)
+        slow = (
+            float(np.linalg.norm(decision.manoeuvre.velocity(now))) <= SLOW * decision.inputs.navigator.limits.max_speed
+        )
+        again = (self._tried > 0 or no_way is not None) and slow and decision.stalled >= RETRY
+        if (again or decision.stuck) and self._tried <= RECOVERIES:
+            self._stuck = self._stuck or approach
+            further = [] if no_way is not None else self._recoveries(decision, now)[self._tried :]
+            found = [k for k, one in enumerate(further) if one is not None]
+            self._recovery = further[found[0]] if found else None
+            self._tried = self._tried + found[0] + 1 if found else RECOVERIES + 1
+        return DriveStatus.NEEDS_PATH if self._tried > RECOVERIES else DriveStatus.DRIVING
+
+    def _recoveries(self, decision: Decision, now: float) -> list[_Recovery | None]:
+        """The recoveries in their order, from where the robot can come to rest; None for those that it cannot do."""
+        state, goal = self._state[0], self.goal
+        until = now + RECOVERY_TIME
+        assert goal is not None
+        navigator: Any = self.navigator
+        vehicle, back = getattr(navigator, "vehicle", None), BACK_BY * navigator.robot.bounding_radius
+        limits = (vehicle or navigator).limits
+        target = goal.position(now)
+        if isinstance(goal, PathGoal) and decision.progress is not None:
+            target = goal.point(min(decision.progress + goal.lookahead * limits.max_speed, goal.length))
+        ahead = target - state.position
+        place = state.position + 0.5 * float(np.linalg.norm(state.velocity)) / limits.braking * state.velocity
+        turning = heading = None
+        if vehicle is not None:
+            bearing, heading = atan2(ahead[1], ahead[0]), state.heading
+            if vehicle.turns_on_spot and abs((bearing - heading + pi) % (2.0 * pi) - pi) > FACES:
+                facing = Goal(Stationary(place), back, True, bearing, FACES)
+                turning = _Recovery(DriveStatus.TURNING, facing, until)
+            ahead = state.direction
+        behind = Stationary(place - back / max(float(np.linalg.norm(ahead)), TIME) * ahead)
+        backing = _Recovery(DriveStatus.BACKING, Goal(behind, BACK_SHARE * back, True, heading, FACES), until)
+        return [turning, backing if vehicle is None or vehicle.backs else None]
+
+    def _drive(self, status: DriveStatus, decision: Any, now: float, detail: str) -> Drive:
+        """The command of a decision."""
+        sentence = f"{status.value[:-1]} ({detail})." if detail else status.value
+        if not decision.safe:
+            sentence = f"{sentence} {decision.outcome.value}"
+        if status is DriveStatus.NEEDS_PATH and getattr(decision, "no_way", None) is not None:
+            sentence = f"{sentence} {decision.no_way}"
+        if isinstance(decision, VehicleDecision):
+            return Drive(status, sentence, decision.command, decision)
+        return Drive(status, sentence, decision.manoeuvre.velocity(now + self.navigator.period), decision)
+
+
+def _resumed(last: Any, before: Any) -> Any:
+    """The last decision as one on the way of a decision before it: with its progress, and its time begins anew."""
+    inputs = last.inputs._replace(goal=before.inputs.goal)
+    changed: dict[str, Any] = {"progress": before.progress, "approach": None, "inputs": inputs}
+    if isinstance(last, VehicleDecision):
+        changed |= {"plan": _resumed(last.plan, before.plan), "goal": before.goal, "no_way": None}
+    return replace(last, **changed)
