@@ -12,7 +12,20 @@ from commands import Say, saying
 from draws import draws
 from recording_formats import RECORDED, SAMPLES, WALK, recorded
 
-from slalom import FORESIGHTS, METHODS, Ball, Circular, Disc, Limits, Obstacle, Rectangle, State, Stationary, method
+from slalom import (
+    FORESIGHTS,
+    METHODS,
+    Ball,
+    Circular,
+    Disc,
+    InvalidInput,
+    Limits,
+    Obstacle,
+    Rectangle,
+    State,
+    Stationary,
+    method,
+)
 from slalom.cli.options import Crossing, Reading
 from slalom.cli.running import RECORDING_METHOD
 from slalom.io.formats import FORMATS, format_of_suffix, read_recording, write_recording
@@ -54,10 +67,21 @@ def test_every_format_is_run(name: str, say: Say, tmp_path: Path) -> None:
     """The tracks of the file are the obstacles; what is assumed of them is said on stderr, and nothing else."""
     sample = SAMPLES[name]
     sample.write(tmp_path / sample.name, WALK)
-    tracks = read_recording(tmp_path / sample.name)
+    tracks = read_recording(tmp_path / sample.name, **sample.needed)
     axes = next(iter(tracks.agents.values())).trajectory.dimension
     start, goal = (",".join(["-90", "-90", "0"][:axes]), ",".join(["90", "-90", "0"][:axes]))
-    said = say("run", sample.name, f"--start={start}", f"--goal={goal}", "--duration", 0.8, "--out", "run.h5", "--json")
+    said = say(
+        "run",
+        sample.name,
+        f"--start={start}",
+        f"--goal={goal}",
+        "--duration",
+        0.7,
+        "--out",
+        "run.h5",
+        "--json",
+        *sample.options,
+    )
     assert (said.code, said.noted_json["arrived"], said.noted_json["method"]) == (1, 0, "nao_ahead")
     assert said.noted_json["scenario"] == Path(sample.name).stem
     run = Recording.load("run.h5")
@@ -66,7 +90,9 @@ def test_every_format_is_run(name: str, say: Say, tmp_path: Path) -> None:
         assert obstacle.trajectory.positions.tobytes() == agent.trajectory.positions.tobytes()
         assert obstacle.dimension == axes
     lines = said.err.splitlines()
-    assert [line for line in lines if " size of " not in line] == [f"{sample.name}: {note}" for note in tracks.notes]
+    assert [line for line in lines if " size of " not in line] == [
+        f"{sample.name}: {note}" for note in (tracks.summary(), *tracks.notes)
+    ]
     assert run.times[0] == min(agent.trajectory.span[0] for agent in tracks.agents.values())
 
 
@@ -151,8 +177,8 @@ t,id,x,y,radius,length,width,kind
 1,2,1,1,,4,3,car
 0,3,0,2,,,,Truck
 1,3,1,2,,,,Truck
-0,4,0,3,,,,unicorn
-1,4,1,3,,,,unicorn
+0,4,0,3,,,,VEHICLE
+1,4,1,3,,,,VEHICLE
 0,5,0,4,,30,,van
 1,5,1,4,,30,,van
 """
@@ -163,16 +189,22 @@ def test_how_large_agents_are(tmp_path: Path) -> None:
     path = tmp_path / "sizes.csv"
     path.write_text(SIZES)
     found = read_recorded(path)
-    assert [o.shape for o in found.obstacles] == [Disc(r) for r in (0.7, 2.5, RADII["truck"], 0.25, 15.0)]
-    assert found.notes == (
+    assert [o.shape for o in found.obstacles] == [Disc(r) for r in (0.7, 2.5, RADII["truck"], RADII["car"], 15.0)]
+    assert found.notes[1:] == (
         "sizes.csv: size of agent 3 not known: radius 6.2 m, as of a truck",
-        "sizes.csv: size of agent 4 not known: radius 0.25 m, as of a pedestrian",
+        "sizes.csv: size of agent 4 not known: radius 2.4 m, as of a car",
         "sizes.csv: size of agent 5 not known: radius 15 m, as of a van",
     )
     given = read_recorded(path, AgentSelection(radius=0.5))
     assert [o.shape for o in given.obstacles] == [Disc(r) for r in (0.7, 0.5, 0.5, 0.5, 0.5)]
-    assert given.notes == ("sizes.csv: radius of agent 1 as in the file, not the 0.5 m given",)
-    assert read_recorded(path, AgentSelection(radius=0.7, agents=["1", "2"])).notes == ()
+    assert given.notes[1:] == ("sizes.csv: radius of agent 1 as in the file, not the 0.5 m given",)
+    assert read_recorded(path, AgentSelection(radius=0.7, agents=["1", "2"])).notes[1:] == ()
+    path.write_text(SIZES.replace("VEHICLE", "unicorn"))
+    with pytest.raises(
+        InvalidInput, match=r"agent 4: expected a kind of pedestrian, .*, or --agent-radius; found 'unicorn'"
+    ):
+        read_recorded(path)
+    assert read_recorded(path, AgentSelection(radius=0.5)).obstacles[3].shape == Disc(0.5)
     space = tmp_path / "space.csv"
     space.write_text("t,id,x,y,z\n0,1,0,0,0\n1,1,1,0,0\n")
     (drone,) = read_recorded(space).obstacles
@@ -182,7 +214,15 @@ def test_how_large_agents_are(tmp_path: Path) -> None:
 OF_RECORDINGS_ONLY = [
     *(item.name for options in (Crossing, Reading) for item in fields(options)),
 ]
-VALUES = {"interpolation": "linear", "unit": "cm", "columns": "id=a", "start": "1,1", "goal": "-1,1", "origin": "1,1"}
+VALUES = {
+    "interpolation": "linear",
+    "unit": "cm",
+    "columns": "id=a",
+    "keep": "last",
+    "start": "1,1",
+    "goal": "-1,1",
+    "origin": "1,1",
+}
 
 
 @pytest.mark.parametrize("name", OF_RECORDINGS_ONLY)
@@ -215,7 +255,7 @@ def test_options_of_recordings_are_refused_elsewhere(name: str, scenario: str, s
         ("--start 0,0 --goal 9,9 --agents 4,7", "agents: expected ids of people.csv, agents 4, 5, 9; found '7'"),
         ("--start 0,0 --goal 9,9 --without 7", "without: expected ids of people.csv, agents 4, 5, 9; found '7'"),
         ("--start 0,0 --goal 9,9 --format gpx", "format: expected one of csv, eth_ucy, "),
-        ("--start 0,0 --goal 9,9 --frame-rate 10", "csv: expected settings none, found frame_rate"),
+        ("--start 0,0 --goal 9,9 --unit mile", "unit: expected one of m, cm, "),
         ("--start 0,0 --goal 9,9 --columns id", "--columns: expected FIELD=COLUMN, found 'id'"),
         ("--start 0,0 --goal 9,9 --set start=3", "--set start: expected --at with a recording, found 3"),
         ("--start 0,0 --goal 9,9 --set speed=3", "setting: expected one of start, "),
@@ -242,7 +282,8 @@ def test_settings_of_formats(say: Say) -> None:
     tokens = ["--format", "ais", "--columns", "id=ship", "latitude=north", "--columns", "longitude=east"]
     tokens += ["--origin=-0.0,0", "--epoch", "2022-01-03T00:01:00", "--at", 60]
     said = say("run", "ships.csv", "--start", "0,200", "--goal", "0,203", *tokens, "--out", "run.h5")
-    assert (said.code, said.err) == (0, "")
+    summary = "1 agent, 240 s from -60 to 180 s, extent 445.3 x 0 m, speed median 1.86 and largest 1.86 m/s"
+    assert (said.code, said.err) == (0, f"ships.csv: {summary}\n")
     (ship,) = Recording.load("run.h5").obstacles
     assert ship.trajectory.span == (-60.0, 180.0)
     assert ship.trajectory.position(0.0) == pytest.approx([111.32, 0.0], abs=0.01)
@@ -253,6 +294,7 @@ def test_repairs_are_said_on_stderr(say: Say) -> None:
     """Also of a scenario file that names the recording, by every command, and results stay on stdout."""
     Path("people.csv").write_text(PEOPLE + "0.0,4,0.0,3.0\n5.0,77,0,0\n")
     notes = [
+        f"people.csv: {read_recording('people.csv').summary()}",
         "people.csv: 1 duplicate row of agent 4 dropped: identical time and position",
         "people.csv: 1 row of agent 4 out of order: sorted by time",
         "people.csv: 1 track with a single row left out: id 77",
@@ -382,8 +424,8 @@ def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
     """Every format to every one that is written: places to the bit, times as near as frames are."""
     sample = SAMPLES[name]
     sample.write(tmp_path / sample.name, WALK)
-    source = read_recording(tmp_path / sample.name)
-    said = say("convert", sample.name, f"out{suffix}", "--json")
+    source = read_recording(tmp_path / sample.name, **sample.needed)
+    said = say("convert", sample.name, f"out{suffix}", "--json", *sample.options)
     if next(iter(source.agents.values())).trajectory.dimension == 3 and suffix != ".csv":
         assert said.code == 2
         assert "expected positions in the plane, found dimension 3" in said.err
@@ -392,15 +434,16 @@ def test_conversion(name: str, suffix: str, say: Say, tmp_path: Path) -> None:
     sized = any(agent.radius or agent.length or agent.kind for agent in source.agents.values())
     lost = ["sizes and kinds left out: files of frames cannot hold them"] if sized and suffix != ".csv" else []
     notes = [*source.notes, *lost]
-    assert said.err.splitlines() == [f"{sample.name}: {note}" for note in notes]
+    assert said.err.splitlines() == [f"{sample.name}: {note}" for note in (source.summary(), *notes)]
     assert said.noted_json == {
         "source": sample.name,
         "target": f"out{suffix}",
         "from": name,
         "to": format_of_suffix()[suffix],
         "agents": 3,
-        "frame_rate": None if suffix == ".csv" else 1.0 / sample.tick,
+        "frame_rate": None if suffix == ".csv" else pytest.approx(1.0 / sample.tick, abs=1e-4),
         "notes": notes,
+        "summary": source.summary(),
     }
     read = read_recording(f"out{suffix}")
     assert list(read.agents) == list(source.agents)
@@ -458,7 +501,8 @@ def test_the_recording_that_is_shipped(say: Say) -> None:
     source = sample_data("roundabout_ring_11.csv")
     tokens = ["--start=-58,0", "--goal", "58,0", "--robot-radius", 1, "--speed", 12, "--acceleration", 4]
     said = say("run", source, *tokens, "--at", 6.4, "--out", "run.h5", "--json")
-    assert (said.code, said.err) == (0, "")
+    summary = "30 agents, 119.9 s from 0 to 119.9 s, extent 86.86 x 86.86 m, speed median 7.9 and largest 11.6 m/s"
+    assert (said.code, said.err) == (0, f"roundabout_ring_11.csv: {summary}\n")
     assert said.noted_json["scenario"] == "roundabout_ring_11"
     run, tracks = Recording.load("run.h5"), read_recording(source)
     half = float(np.hypot(4.5, 1.8)) / 2
@@ -478,7 +522,8 @@ def test_the_example_of_a_scenario_file(say: Say) -> None:
     assert len(scenario.obstacles) == 28
     for command in ("run", "decide"):
         said = say(command, path, "--json")
-        assert (said.code, said.err) == (0, "")
+        assert said.code == 0
+        assert re.fullmatch(r"roundabout_ring_11\.csv: 30 agents, .*\n", said.err)
 
 
 @recorded

@@ -37,9 +37,19 @@ class Sample(NamedTuple):
     name: str
     tick: float
     write: Callable[[Path, Sequence[Row]], list[str]]
-    bad: Row = (1, 7, math.nan, 0.0)
+    bad: Row = (1, 7, math.inf, 0.0)
     settings: dict[str, object] = {}  # noqa: RUF012
     exact: float = 0.0
+
+    @property
+    def needed(self) -> dict[str, object]:
+        """Settings without which the file cannot be read."""
+        return {name: value for name, value in self.settings.items() if name in ("unit", "frame_rate")}
+
+    @property
+    def options(self) -> list[str]:
+        """The same on the command line."""
+        return [text for name, value in self.needed.items() for text in (f"--{name.replace('_', '-')}", str(value))]
 
 
 def in_lines(path: Path, head: Sequence[str], lines: Sequence[str]) -> list[str]:
@@ -149,15 +159,116 @@ def write_adsb(path: Path, rows: Sequence[Row]) -> list[str]:
     return in_lines(path, ["time,icao24,lat,lon,velocity,baroaltitude,geoaltitude"], lines)
 
 
+def write_traffic(path: Path, rows: Sequence[Row]) -> list[str]:
+    """As `write_adsb`, with the columns of the package traffic and the altitude in feet."""
+    lines = []
+    for k, agent, x, y in rows:
+        lat, lon = (math.nan, 0.0) if math.isnan(x) else unprojected(x, y, 300.0)
+        lines.append(f"{k if lat == lat else 'noon'},{agent},{lat!r},{lon!r},9,0,0,X,False,{300.0 / 0.3048!r}")
+    head = "timestamp,icao24,latitude,longitude,groundspeed,track,vertical_rate,callsign,onground,altitude"
+    return in_lines(path, [head], lines)
+
+
+def write_vadere(path: Path, rows: Sequence[Row]) -> list[str]:
+    """Steps that take no time: the end of the last one is no row of its own."""
+    head = ["#IDXCOL=2,DATACOL=6,SEP=' '"]
+    head += ["pedestrianId simTime endTime-PID1 startX-PID1 startY-PID1 endX-PID1 endY-PID1 targetId-PID2"]
+    return in_lines(path, head, [f"{a} {0.1 * k!r} {0.1 * k!r} {x!r} {y!r} {x!r} {y!r} 1" for k, a, x, y in rows])
+
+
+def write_viswalk(path: Path, rows: Sequence[Row]) -> list[str]:
+    head = ["* File: a.inpx", "* PTV Vissim", "$PEDESTRIAN:SIMSEC;NO;COORDCENTX;COORDCENTY;SPEED"]
+    return in_lines(path, head, [f"{0.1 * k!r};{agent};{x!r};{y!r};1.0" for k, agent, x, y in rows])
+
+
+def write_splines(path: Path, rows: Sequence[Row]) -> list[str]:
+    """The points of each agent below their number."""
+    places, lines = {}, ["3 - the number of splines"]
+    for agent in sorted({row[1] for row in rows}):
+        # Splines have no ids: those before the number of an agent are empty.
+        lines += ["0 - Num of control points"] * (agent - 1 - sum("Num" in line for line in lines))
+        own = [(j, row) for j, row in enumerate(rows) if row[1] == agent]
+        lines.append(f"{len(own)} - Num of control points")
+        for j, (k, _, x, y) in own:
+            lines.append(f"{x!r} {y!r} {k} 90.0 - (2D point, m_id)")
+            places[j] = f"{path}:{len(lines)}"
+    path.write_text("\n".join(lines) + "\n")
+    return [places[j] for j in range(len(rows))]
+
+
+def write_sdd(path: Path, rows: Sequence[Row]) -> list[str]:
+    boxes = [(k, a, x - 1, y - 2, x + 1, y + 2) for k, a, x, y in rows]
+    return in_lines(path, [], [f'{a} {b!r} {c!r} {d!r} {e!r} {k} 0 0 1 "Biker"' for k, a, b, c, d, e in boxes])
+
+
+def write_mot(path: Path, rows: Sequence[Row]) -> list[str]:
+    return in_lines(path, [], [f"{k},{a},{x - 1!r},{y - 2!r},2,4,1,-1,-1,-1" for k, a, x, y in rows])
+
+
+def write_ngsim(path: Path, rows: Sequence[Row]) -> list[str]:
+    feet = [(k, a, x / 0.3048, y / 0.3048) for k, a, x, y in rows]
+    return in_lines(path, [], [f"{a} {k} 9 0 {x!r} {y!r} 0 0 14.5 6.5 2 0 0 1 0 0 0 0" for k, a, x, y in feet])
+
+
+def write_kitti(path: Path, rows: Sequence[Row]) -> list[str]:
+    return in_lines(path, [], [f"{k} {a} Car 0 0 0 1 2 3 4 1.5 1.8 4.5 {-y!r} 1.7 {x!r} 0" for k, a, x, y in rows])
+
+
+def write_argoverse(path: Path, rows: Sequence[Row]) -> list[str]:
+    head = "track_id,object_type,timestep,position_x,position_y,heading,scenario_id"
+    return in_lines(path, [head], [f"{a},vehicle,{k},{x!r},{y!r},0.0,abc" for k, a, x, y in rows])
+
+
+def write_nuscenes(path: Path, rows: Sequence[Row]) -> list[str]:
+    """The annotations, and beside them the tables that they name."""
+    ticks, agents = ({row[j] for row in rows} for j in (0, 1))
+    others = {
+        "sample": [{"token": f"s{k}", "timestamp": 10**15 + 100_000 * k} for k in sorted({0, *ticks})],
+        "instance": [{"token": f"{a}", "category_token": "c"} for a in sorted(agents)],
+        "category": [{"token": "c", "name": "vehicle.car"}],
+    }
+    for name, records in others.items():
+        path.with_name(f"{name}.json").write_text(json.dumps(records))
+    named = [
+        {"sample_token": f"s{k}", "instance_token": f"{a}", "translation": [x, y, 1.0], "size": [1.8, 4.5, 1.6]}
+        for k, a, x, y in rows
+    ]
+    path.write_text(json.dumps(named))
+    return [f"{path}: record {k}" for k in range(1, len(rows) + 1)]
+
+
+def write_sumo(path: Path, rows: Sequence[Row]) -> list[str]:
+    vehicle = '<timestep time="{!r}"><vehicle id="{}" x="{!r}" y="{!r}" type="passenger"/></timestep>'
+    lines = [vehicle.format(0.1 * k, a, x, y) for k, a, x, y in rows]
+    path.write_text("\n".join(["<fcd-export>", *lines, "</fcd-export>"]) + "\n")
+    return [f"{path}:{k}" for k in range(2, len(lines) + 2)]
+
+
+NOWHERE: Row = (1, 7, math.nan, 0.0)
+"""A row of a geographic format without a position, which its writer gives a time that is none."""
+
 SAMPLES = {
     "csv": Sample("a.csv", 0.1, write_csv),
     "eth_ucy": Sample("a.txt", 0.4, write_eth),
     "trajnet": Sample("a.ndjson", 0.4, write_trajnet),
     "pedpy": Sample("a.txt", 0.04, write_pedpy),
     "jupedsim": Sample("a.sqlite", 0.04, write_database),
+    "vadere": Sample("a.traj", 0.1, write_vadere),
+    "viswalk": Sample("a.pp", 0.1, write_viswalk),
+    "ucy_splines": Sample("a.vsp", 0.04, write_splines, settings={"unit": 1.0}),
+    "sdd": Sample("annotations.txt", 1 / 30, write_sdd, settings={"unit": 1.0}),
+    "mot": Sample("gt.txt", 0.1, write_mot, settings={"unit": 1.0, "frame_rate": 10.0}),
     "drone": Sample("07_tracks.csv", 0.04, write_drone),
     "interaction": Sample("a.csv", 0.1, write_interaction),
+    "ngsim": Sample("a.txt", 0.1, write_ngsim, exact=1e-12),
+    "kitti": Sample("0000.txt", 0.1, write_kitti),
+    "argoverse": Sample("a.csv", 0.1, write_argoverse),
+    "nuscenes": Sample("sample_annotation.json", 0.1, write_nuscenes),
     "commonroad": Sample("a.xml", 0.1, write_commonroad),
-    "ais": Sample("a.csv", 10.0, write_ais, settings={"origin": ORIGIN, "epoch": "2022-01-03"}, exact=1e-6),
-    "adsb": Sample("a.csv", 1.0, write_adsb, settings={"origin": ORIGIN, "epoch": 0.0}, exact=1e-6),
+    "sumo": Sample("fcd.xml", 0.1, write_sumo),
+    "ais": Sample(
+        "a.csv", 10.0, write_ais, settings={"origin": ORIGIN, "epoch": "2022-01-03"}, exact=1e-6, bad=NOWHERE
+    ),
+    "traffic": Sample("a.csv", 1.0, write_traffic, settings={"origin": ORIGIN, "epoch": 0.0}, exact=1e-6, bad=NOWHERE),
+    "adsb": Sample("a.csv", 1.0, write_adsb, settings={"origin": ORIGIN, "epoch": 0.0}, exact=1e-6, bad=NOWHERE),
 }

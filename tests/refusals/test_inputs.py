@@ -101,7 +101,7 @@ from slalom.base.extras import require
 from slalom.cli import console
 from slalom.io import table, table as polynomials
 from slalom.io.formats import format_of, read_recording, write_recording
-from slalom.io.pedestrians import rows_of_queries
+from slalom.io.pedestrians import read_cases, rows_of_queries
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.model.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.model.trajectory.protocol import direction_path
@@ -120,6 +120,7 @@ from slalom.sim import (
 )
 from slalom.sim.files.decision_file import CommitmentSpec, PathSpec, SourceSpec, _decision, read_decision
 from slalom.sim.files.parts import OfAnyKind, model_of_part
+from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenarios
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
@@ -416,6 +417,14 @@ def long_table(folder: Path) -> object:
         return read_recording(folder / "a.csv")
 
 
+def long_scenario(folder: Path) -> object:
+    """Steps of SUMO in one line, of more rows than are read."""
+    steps = "".join(f'<timestep time="{k}"><vehicle id="1" x="{k}" y="0"/></timestep>' for k in range(3))
+    (folder / "a.xml").write_text(f"<fcd-export>{steps}</fcd-export>")
+    with patch("slalom.io.table.MAX_ROWS", 1):
+        return read_recording(folder / "a.xml")
+
+
 def without_recordings(_: Path) -> object:
     """The simulator where h5py is not installed."""
     with patch.dict("sys.modules", {"h5py": None}):
@@ -457,13 +466,62 @@ RECORDINGS: dict[str, tuple[str, str | bytes, dict[str, str]]] = {
     r"a\.csv:3: x: expected a number, found 'left'": ("a.csv", ROW.replace("1,1,1", "1,1,left"), {}),
     r"a\.csv: expected an agent with two rows or more, found none": ("a.csv", "t,id,x,y\n0,1,0,0\n", {}),
     r"a\.csv: expected rows, found none": ("a.csv", "t,id,x,y\n", {}),
-    r"a\.csv: expected a readable text file, found ": ("a.csv", b"\xff\xfe", {"format": "csv"}),
+    r"a\.csv: expected a readable text file, found ": ("a.csv", b"\xff\xfea", {"format": "csv"}),
+    r"a\.csv: expected a readable text file, found .*0xff": ("a.csv", b"\xff\0" + ROW.encode(), {"format": "csv"}),
+    r"a\.csv: expected a file that gzip packed, found ": ("a.csv", b"\x1f\x8b" + ROW.encode(), {"format": "csv"}),
     r"a\.csv:2: expected comma-separated cells, found ": ("a.csv", 't,id,x,y\n"0"1,1,0,0\n', {}),
-    r"a\.csv:1: expected a header with t,id,x,y, found 'time'": ("a.csv", "time\n0\n", {"format": "csv"}),
-    r"a\.txt:1: expected 4 or 8 cells .*, found 3": ("a.txt", "0 1 2\n", {"format": "eth_ucy"}),
+    r"a\.csv:1: expected columns of id, x, y, or their names in columns \(id= for one agent\), found 'time'": (
+        "a.csv",
+        "time\n0\n",
+        {"format": "csv"},
+    ),
+    r"a\.csv:1: columns: expected x as a column of 't,id,x,y', found 'east'": (
+        "a.csv",
+        ROW,
+        {"columns": {"x": "east"}},
+    ),
+    r"a\.csv:1: expected each column once, found x twice": ("a.csv", "t,id,x,y,x\n0,1,0,0,0\n", {}),
+    r"a\.csv: expected a unit, as in unit=0\.04 for 0\.04 m in a pixel, found px": (
+        "a.csv",
+        ROW.replace("x", "x [px]"),
+        {},
+    ),
+    r"a\.csv: case_id: expected this column for case 3, found none": ("a.csv", ROW, {"case": 3}),
+    r"expected columns id=1 and frame=2, or id=2 and frame=1, .*; found that agents move alike in both orders": (
+        "a.txt",
+        "1 1 0 0\n1 2 1 0\n2 1 0 1\n2 2 1 1\n",
+        {"frame_rate": 1},
+    ),
+    r"a\.csv:4: expected one position of agent 1 at 1 s, .* \(1 such row; --keep first or --keep last reads one\)": (
+        "a.csv",
+        ROW + "1,1,2,0\n",
+        {},
+    ),
+    r"a\.txt: expected one frame rate in the comments, found 10, 25": ("a.txt", "# fps: 10\n# fps: 25\n1 0 0 0\n", {}),
+    r"a\.txt:1: expected columns of y, .*, found '3 cells without a header'": (
+        "a.txt",
+        "0 1 2\n",
+        {"format": "eth_ucy"},
+    ),
     r"a\.txt: expected frames 10 or 6 apart.* found 3 apart": ("a.txt", "0 1 0 0\n3 1 1 0\n", {}),
+    r"a\.vsp: expected a unit, as in unit=0\.04 .*, found positions in pixels": (
+        "a.vsp",
+        "1 - the number of splines\n",
+        {},
+    ),
+    r"a\.vsp:2: expected a number of control points, found 'two'": (
+        "a.vsp",
+        "1 - the number of splines\ntwo\n",
+        {"unit": 1},
+    ),
+    r"a\.zip: expected a recording, found a zip archive: unpack it": ("a.zip", b"PK\x03\x04", {}),
+    r"b_tracksMeta\.csv: .*, found a file about a recording: name b_tracks\.csv": (
+        "b_tracksMeta.csv",
+        "id,class\n",
+        {},
+    ),
+    r"a\.parquet: expected a Parquet file, found ": ("a.parquet", "PAR1", {}),
     r"expected the given unit cm, found m": ("a.txt", "# x/m\n1 0 0 0\n", {"unit": "cm"}),
-    r"a\.txt:2: expected 4 or more cells .*, found 3": ("a.txt", "# \n1 0 0\n", {}),
     r"a\.txt: expected a frame rate above 0, in the file or given, found none": ("a.txt", "#\n1 0 0 0\n", {}),
     r"a\.sqlite: expected a JuPedSim database, found ": ("a.sqlite", "SQLite format 3", {}),
     r"a_recordingMeta\.csv: expected one frameRate above 0, found none": (
@@ -476,7 +534,13 @@ RECORDINGS: dict[str, tuple[str, str | bytes, dict[str, str]]] = {
         "case_id,track_id,timestamp_ms,x,y\n1,1,0,0,0\n2,1,0,0,0\n",
         {},
     ),
-    r"a\.xml: expected a commonRoad of version 2018b or 2020a, found a road": ("a.xml", "<road/>", {}),
+    r"a\.xml: expected a commonRoad of version 2018b or 2020a, found a road": (
+        "a.xml",
+        "<road/>",
+        {"format": "commonroad"},
+    ),
+    r"a\.xml: expected an fcd-export, found road": ("a.xml", "<road/>", {"format": "sumo"}),
+    r"a\.xml: expected a file of a known format .*found '<road/>'": ("a.xml", "<road/>", {}),
     r"a\.xml:1: timeStepSize: expected a number above 0, found '0'": (
         "a.xml",
         SCENARIO.format(0) + "</commonRoad>",
@@ -484,9 +548,61 @@ RECORDINGS: dict[str, tuple[str, str | bytes, dict[str, str]]] = {
     ),
     r"a\.xml:1: expected XML, found ": ("a.xml", SCENARIO.format(0.1), {}),
     r"a\.csv: expected rows with a position, found none": ("a.csv", "time,mmsi,lat,lon\n0,1,,\n", {}),
-    r"a\.csv:1: expected columns of time, or their": ("a.csv", "mmsi,lat,lon\n1,0,0\n", {}),
+    r"a\.csv: expected a file .* nearest: csv .*, without t or frame; ais .*, without t or frame": (
+        "a.csv",
+        "mmsi,lat,lon\n1,0,0\n",
+        {},
+    ),
     r"a\.csv: expected a file of a known format.*found 'time'": ("a.csv", "time\n0\n", {}),
 }
+"""Calls of `read_recording` that are refused."""
+
+
+def nuscenes(**tables: str) -> Callable[[Path], object]:
+    """A call that reads tables of nuScenes, good ones but those given."""
+    content = {
+        "sample": '[{"token": "s", "timestamp": 0}]',
+        "instance": '[{"token": "i", "category_token": "c"}]',
+        "category": '[{"token": "c", "name": "vehicle.car"}]',
+        "sample_annotation": '[{"sample_token": "s", "instance_token": "i"}]',
+    }
+
+    def call(folder: Path) -> object:
+        for name, text in {**content, **tables}.items():
+            (folder / f"{name}.json").write_text(text)
+        return read_recording(folder / "sample_annotation.json", "nuscenes")
+
+    return call
+
+
+def packed_too_much(folder: Path) -> object:
+    """A packed text that is larger than what is read."""
+    import gzip
+
+    (folder / "a.csv").write_bytes(gzip.compress(ROW.encode() * 100))
+    with patch("slalom.io.table.MAX_FILE_SIZE", 1000):
+        return read_recording(folder / "a.csv", "csv")
+
+
+def database_of_walls(wkt: str | None) -> Callable[[Path], object]:
+    """A call that reads a JuPedSim database with this geometry."""
+
+    def call(folder: Path) -> object:
+        import sqlite3
+        from contextlib import closing
+
+        path = folder / "walls.sqlite"
+        path.unlink(missing_ok=True)
+        with closing(sqlite3.connect(path)) as base, base:
+            base.execute("CREATE TABLE metadata (key, value)")
+            base.execute("INSERT INTO metadata VALUES ('fps', 10)")
+            base.execute("CREATE TABLE trajectory_data (frame, id, pos_x, pos_y)")
+            base.execute("INSERT INTO trajectory_data VALUES (0, 1, 0, 0), (1, 1, 1, 0)")
+            base.execute("CREATE TABLE geometry (wkt)")
+            base.execute("INSERT INTO geometry VALUES (?)", (wkt,))
+        return read_recording(path)
+
+    return call
 
 
 def write_tracks(format: str, label: str = "1", times=(0.0, 0.1), positions=((0, 0), (1, 0)), **settings) -> Callable:
@@ -1073,6 +1189,23 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"jobs: expected a number of": lambda _: compare("empty", ["nao"], 1, jobs=0),
     r"expected one of position, trajectory, path, found none": lambda _: GoalSpec.model_construct().build(),
     r"jupedsim: expected settings frame_rate, with frame_rate, found none": write_tracks("jupedsim"),
+    r"encoding: expected a name such as latin-1 or utf-16, found 'klingon'": reading(
+        partial(read_recording, encoding="klingon"), "a.csv", ROW
+    ),
+    r"time_unit: expected one of s, sec, ms, .*; found 'day'": reading(
+        partial(read_recording, time_unit="day"), "a.csv", ROW
+    ),
+    r"time_unit: expected none with frames, which have a frame_rate; found one": reading(
+        partial(read_recording, time_unit="ms"), "a.csv", ROW.replace("t,", "frame,")
+    ),
+    r"frame_rate: expected none with times in the column 't', found 9": reading(
+        partial(read_recording, frame_rate=9), "a.csv", ROW
+    ),
+    r"keep: expected one of first, last; found 'both'": reading(partial(read_recording, keep="both"), "a.csv", ROW),
+    r"unit: expected one of m, cm, .*; found 'mile'": reading(partial(read_recording, unit="mile"), "a.csv", ROW),
+    r"agent 1: expected a kind of pedestrian, .*, or --agent-radius; found 'unicorn'": reading(
+        read_recorded, "a.csv", "t,id,x,y,kind\n0,1,0,0,unicorn\n1,1,1,0,unicorn\n"
+    ),
     r"epoch: expected seconds or a time in ISO 8601, found 'noon'": reading(
         partial(read_recording, epoch="noon"), "a.csv", "time,mmsi,lat,lon\n0,1,0,0\n"
     ),
@@ -1393,6 +1526,19 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"a\.csv:4:1: expected at least two rows of agent 7, found one": reading(
         table.read_tracks, "a.csv", ROW + "0,7,0,0\n"
     ),
+    r"lone\.json: expected the other tables of nuScenes beside it, found no sample\.json, .*": lambda folder: (
+        (folder / "alone").mkdir(exist_ok=True),
+        (folder / "alone" / "lone.json").write_text('[{"sample_token": 1, "instance_token": 2}]'),
+        read_recording(folder / "alone" / "lone.json"),
+    ),
+    r"sample_annotation\.json: expected records of nuScenes, found none of 'translation'": nuscenes(),
+    r"sample\.json: expected JSON, found ": nuscenes(sample="["),
+    r"sample\.json: expected a list of records, found dict": nuscenes(sample="{}"),
+    r"sample\.json: expected records with a token, found others": nuscenes(sample="[3]"),
+    r"a\.csv: expected a text of at most 0 MB, found more": packed_too_much,
+    r"walls\.sqlite: geometry: expected WKT, found ": database_of_walls("POLYGON"),
+    r"walls\.sqlite: geometry: expected areas in WKT, found 'POINT \(0 0\)'": database_of_walls("POINT (0 0)"),
+    r"a\.csv:1: expected a header with case,agent,.*, found 'case'": reading(read_cases, "a.csv", "case\n0\n"),
     r"silent\.sqlite: metadata: expected version 1 or 2 and fps above 0, found 2 and none": silent_database,
     r"none\.csv: expected a readable file, found ": lambda folder: read_recording(folder / "none.csv"),
     r"endless\.sqlite: expected at most .* rows in a file of .* bytes, found more": endless_database,
@@ -1404,7 +1550,8 @@ FILES: dict[str, Callable[[Path], object]] = {
         lambda path: (os.truncate(path, 2 * 10**9), format_of(path)), "a.csv", ""
     ),
     r"a\.csv: expected a readable file, found Permission denied": forbidden_file,
-    r"a\.csv: expected at most 1 rows, found more": long_table,
+    r"a\.csv: expected at most 1 rows, found 3 lines": long_table,
+    r"a\.xml: expected at most 1 rows, found more": long_scenario,
     r"none.a\.csv: expected a file that can be written, found ": lambda folder: write_recording(
         folder / "none" / "a.csv", RecordedTracks({"1": Agent(Sampled([0, 1], np.eye(2)))}), "csv"
     ),

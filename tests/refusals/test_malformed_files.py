@@ -5,6 +5,7 @@ import re
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 from draws import commit_number, draws
 from hdf5_files import OF_LIBRARY, changed, write_run
-from recording_formats import SAMPLES, WALK
+from recording_formats import SAMPLES, WALK, Sample
 from scenario_texts import EVERYTHING, GROUP
 
 from slalom import InvalidFile, SlalomError
@@ -49,19 +50,19 @@ def write_scenario(path: Path) -> None:
     path.write_text(EVERYTHING)
 
 
-def crossed(path: Path) -> object:
+def crossed(path: Path, sample: Sample) -> object:
     """The scenario of a robot among the agents of a recording, as of `slalom run FILE --start 0,0 --goal 8,0`."""
-    recorded = read_recorded(path)
+    recorded = read_recorded(path, **sample.needed)
     ahead = np.zeros(recorded.dimension)
     ahead[0] = 8.0
     return crossing(recorded, ahead * 0.0, ahead)
 
 
-def converted(path: Path) -> None:
+def converted(path: Path, sample: Sample) -> None:
     """The recording written as CSV by the command line, and read again."""
     target = path.with_name("target.csv")
     target.unlink(missing_ok=True)
-    code = call(["convert", str(path), str(target)])
+    code = call(["convert", str(path), str(target), *sample.options])
     assert code == (0 if target.exists() else 2)
     if code == 0:
         read_recording(target)
@@ -70,7 +71,11 @@ def converted(path: Path) -> None:
 def of_format(name: str) -> Good:
     """Recordings of a format."""
     sample = SAMPLES[name]
-    return Good(sample.name, lambda path: sample.write(path, WALK), (crossed, converted))
+    return Good(
+        sample.name,
+        lambda path: sample.write(path, WALK),
+        (partial(crossed, sample=sample), partial(converted, sample=sample)),
+    )
 
 
 KINDS = {
@@ -91,7 +96,7 @@ KINDS = {
 """Every kind of files that slalom reads."""
 
 CHUNKS, MUTATIONS = 25, 5
-"""Runs of the test for each kind, and changed files of each: 2000 of the 17 kinds."""
+"""Runs of the test for each kind, and changed files of each: 3500 of the 28 kinds."""
 
 WORDS = (
     *(b"", b"\0", b"\n", b"\r", b" ", b",", b'"', b"'", b"-", b"#", b":", b"[", b"{", b"}", b"<", b">", b"&a ", b"*a"),
@@ -176,7 +181,7 @@ def test_pipes_and_devices_are_refused_without_opening_them(name: str, tmp_path:
     path = tmp_path / kind.name
     os.mkfifo(path)
     for read in kind.readers:
-        if read is converted:
+        if getattr(read, "func", None) is converted:
             assert call(["convert", str(path), str(tmp_path / "target.csv")]) == 2
         else:
             with pytest.raises(InvalidFile, match=r"expected a readable .*, found a pipe"):
@@ -184,7 +189,7 @@ def test_pipes_and_devices_are_refused_without_opening_them(name: str, tmp_path:
     path.unlink()
     path.symlink_to("/dev/zero")
     for read in kind.readers:
-        if read is not converted:
+        if getattr(read, "func", None) is not converted:
             with pytest.raises(InvalidFile, match=r"expected a readable .*, found a device"):
                 read(path)
 

@@ -250,8 +250,8 @@ AT_TOP = (
     "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
 )
 IN_RECORDING = (
-    "file, format, radius, agents, without, window, interpolation, gap, jump_speed, frame_rate, unit, case, columns, "
-    "origin, epoch, altitude_unit"
+    "file, format, radius, agents, without, window, interpolation, gap, jump_speed, frame_rate, unit, time_unit, "
+    "keep, encoding, case, columns, origin, epoch, altitude_unit"
 )
 KINDS = ", ".join(f"{name!r}" for name in TRAJECTORIES)
 
@@ -791,7 +791,7 @@ def test_formats_and_their_settings(tmp_path: Path) -> None:
     walk = read_scenario(write(tmp_path, ROBOT + "recording: {file: walk.txt, format: eth_ucy, frame_rate: 10}\n"))
     assert walk.recorded == (0.0, 3.9)
     assert walk.obstacles[0].trajectory.velocity(1.0) == pytest.approx([1.0, 0.0])
-    assert walk.notes == ("walk.txt: size of agent 7 not known: radius 0.25 m, as of a pedestrian",)
+    assert walk.notes[1:] == ("walk.txt: size of agent 7 not known: radius 0.25 m, as of a pedestrian",)
     rows = "".join(f"2022-01-03T00:{m:02d}:00,9,0.0,{m / 1000},160,20\n" for m in range(5))
     write(tmp_path, "time,ship,north,east,length,width\n" + rows, "ships.csv")
     ships = read_scenario(write(tmp_path, ROBOT + SHIPS))
@@ -799,7 +799,7 @@ def test_formats_and_their_settings(tmp_path: Path) -> None:
     assert ships.recorded == (0.0, 240.0)
     assert ship.trajectory.position(60.0) == pytest.approx([111.32, 0.0], abs=0.01)
     assert (ship.shape.radius, ship.trajectory.interpolation) == (80.0, "linear")
-    assert ships.notes == ("ships.csv: size of agent 9 not known: radius 80 m, as of a ship",)
+    assert ships.notes[1:] == ("ships.csv: size of agent 9 not known: radius 80 m, as of a ship",)
     (ship,) = read_scenario(write(tmp_path, ROBOT + SHIPS.replace(", width: null", ""))).obstacles
     assert ship.shape.radius == pytest.approx(np.hypot(80, 10))
 
@@ -809,7 +809,7 @@ def test_gaps_and_repairs_are_noted(tmp_path: Path) -> None:
     write(tmp_path, TRACKS + "30,1,1,30,\n50,1,1,50,\n51,1,1,51,\n", "tracks.csv")
     found = read_scenario(write(tmp_path, ROBOT + "recording: {file: tracks.csv, radius: 1, gap: 5}\n"))
     assert [o.name for o in found.obstacles] == ["agent 1", "agent 1.1", "agent 2", "agent 3", "agent 40"]
-    assert found.notes == (
+    assert found.notes[1:] == (
         "tracks.csv: 1 duplicate row of agent 1 dropped: identical time and position",
         "tracks.csv: agent 1 split at a gap of 20 s (t = 30 s) into 1 and 1.1",
         "tracks.csv: radius of agent 3 as in the file, not the 1 m given",
@@ -828,10 +828,11 @@ IN_RECORDING = {
     "radius: @-1": "radius: expected 0 or more, found -1",
     "gap: @0": "gap: expected a number above 0, found 0",
     "interpolation: @cubic": "interpolation: expected 'linear' or 'smooth', found 'cubic'",
-    "frame_rate: @10": "frame_rate: expected a setting that csv has (none), found 'frame_rate'",
-    "columns: @{time: t}": "columns: expected a setting that csv has (none), found 'columns'",
+    "frame_rate: @10": "frame_rate: expected none with times in the column 't', found 10",
+    "columns: @{time: t}": "columns: expected one of t, frame, {}; found 'time'",
     "@framerate: 10": "framerate: expected one of file, format, {}; found 'framerate'; did you mean 'frame_rate'?",
-    "format: ais, columns: @{when: t}": "columns: expected one of time, id, {}; found 'when'",
+    "case: @3, format: trajnet": "case: expected a setting that trajnet has (frame_rate), found 'case'",
+    "format: ais, columns: @{when: t}": "columns: expected one of t, frame, {}; found 'when'",
     "format: ais, epoch: @now": "epoch: expected seconds or a time in ISO 8601, found 'now'",
 }
 

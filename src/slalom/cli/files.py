@@ -70,7 +70,8 @@ def convert(
     if framed:
         tracks = with_numeric_ids(tracks)
     write_recording(target, tracks, name, **({"frame_rate": rate} if framed else {}))
-    for note in tracks.notes:
+    walls = [f"{len(tracks.walls)} walls left out: {name} has none"] if tracks.walls else []
+    for note in (tracks.summary(), *tracks.notes, *walls):
         print_message(f"{source}: {note}")
     result = {
         "source": str(source),
@@ -79,7 +80,8 @@ def convert(
         "to": name,
         "agents": len(tracks.agents),
         "frame_rate": rate if framed else None,
-        "notes": list(tracks.notes),
+        "notes": [*tracks.notes, *walls],
+        "summary": tracks.summary(),
     }
     count = counted(len(tracks.agents), "agent")
     print_result(result, json, lambda: f"{source} ({tracks.format}), {count} -> {target} ({name})")

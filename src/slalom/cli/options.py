@@ -1,6 +1,7 @@
 """Options that several commands share: reading of recordings, a robot in a recording, and figures."""
 
 import os
+import re
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
@@ -38,19 +39,26 @@ class Reading:
         Refuse an agent that is faster than this [m/s] between two rows; by default no limit.
     interpolation
         Interpolation between rows: linear, or smooth (by default).
+    keep
+        Read the first or the last of several rows of an agent at one time; by default they are refused.
     frame_rate
         Frame rate [Hz] of a format with frame numbers, if the file states none.
     unit
-        Unit of PedPy text, m or cm, if the file states none.
+        Unit of lengths, m, cm, mm, km, ft or a number [m], such as 0.04 for pixels; by default as the file states.
+    time_unit
+        Unit of times, s, ms, us, ns, min or h; by default as the file states.
+    columns
+        FIELD=COLUMN of a table, separated by commas, with FIELD one of t, frame, id, x, y, z, latitude, longitude,
+        altitude, radius, length, width, kind. A column is a name, a number from 1, or a sum such as left+0.5*w or -z.
+        FIELD= ignores a field; id= is one agent.
+    encoding
+        Encoding of a table; by default UTF-8 or UTF-16, else Latin-1.
     case
         The case_id to read from an INTERACTION file of several cases.
-    columns
-        FIELD=COLUMN for ships and aircraft, with FIELD one of time, id, latitude, longitude, altitude, length, width,
-        kind; FIELD= to ignore a field; may be repeated.
     origin
         LATITUDE,LONGITUDE[,ALTITUDE] [degree, m] of x = y = 0; by default the mean position.
     epoch
-        Time 0 of ships and aircraft, in seconds or ISO 8601; by default the first time of the file.
+        Time 0 of dates, in seconds or ISO 8601; by default the first time of the file.
     altitude_unit
         Unit [m] of the altitude column, 0.3048 for feet.
     """
@@ -61,10 +69,13 @@ class Reading:
     gap: float | None = None
     jump_speed: float | None = None
     interpolation: Literal["linear", "smooth"] | None = None
+    keep: Literal["first", "last"] | None = None
     frame_rate: float | None = None
-    unit: Literal["m", "cm"] | None = None
-    case: float | None = None
+    unit: str | None = None
+    time_unit: str | None = None
     columns: Names = None
+    encoding: str | None = None
+    case: float | None = None
     origin: SignedText = None
     epoch: SignedText = None
     altitude_unit: float | None = None
@@ -73,8 +84,19 @@ class Reading:
         """Return the keyword arguments of `io.formats.read_recording`."""
         from slalom.sim.files.schema import number_or_text
 
-        names = ("format", "gap", "interpolation", "frame_rate", "unit", "case", "altitude_unit")
+        names = (
+            "format",
+            "gap",
+            "interpolation",
+            "keep",
+            "frame_rate",
+            "time_unit",
+            "encoding",
+            "case",
+            "altitude_unit",
+        )
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
+        values["unit"] = None if self.unit is None else number_or_text(self.unit)
         values["max_speed"] = self.jump_speed
         values["columns"] = None if self.columns is None else _columns(self.columns)
         values["origin"] = None if self.origin is None else vector_of(self.origin, "--origin")
@@ -193,7 +215,7 @@ def _ids(text: str) -> list[str]:
 
 def _columns(pairs: list[str]) -> dict[str, str | None]:
     found: dict[str, str | None] = {}
-    for pair in pairs:
+    for pair in re.split(r",(?=\w+=)", ",".join(pairs)):
         field, equals, column = pair.partition("=")
         if not field or not equals:
             raise InvalidInput(f"--columns: expected FIELD=COLUMN, found {pair!r}")

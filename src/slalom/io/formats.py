@@ -1,15 +1,16 @@
 """Table of the formats of recorded tracks; reading and writing a file of any format."""
 
+import codecs
 import csv
 import inspect
 import json
-import math
 import re
 import sqlite3
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,8 +20,10 @@ from slalom.base.checks import Array, known, positive
 from slalom.base.errors import InvalidFile, InvalidInput, reason
 from slalom.base.registry import Kind, Registry
 from slalom.base.tolerances import REST
-from slalom.io import pedestrians, table, vehicles
-from slalom.io.recorded import Agent, RecordedTracks, Rows, tracks_of
+from slalom.io import pedestrians, vehicles
+from slalom.io.layout import Layout, frame_step, read_layout
+from slalom.io.recorded import BOUNDING_BOX, Agent, RecordedTracks, Rows, tracks_of
+from slalom.io.sheet import LENGTHS, beginning_sheet, parquet
 from slalom.io.table import beginning_of
 from slalom.kernels.arrays import Indices
 
@@ -101,6 +104,7 @@ def write_jupedsim(path: Path | str, tracks: RecordedTracks, *, frame_rate: floa
     corners = [(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax), (xmin, ymin)]
     wkt = f"POLYGON (({', '.join(f'{x!r} {y!r}' for x, y in corners)}))"
     metadata = {"version": 2, "fps": float(frame_rate), "xmin": xmin, "xmax": xmax, "ymin": ymin, "ymax": ymax}
+    metadata |= {"geometry": BOUNDING_BOX}
     all_frames = range(min(0, min(row[0] for row in rows)), max(row[0] for row in rows) + 1)
     with _writing(path):
         Path(path).unlink(missing_ok=True)
@@ -131,7 +135,8 @@ def write_trajnet(path: Path | str, tracks: RecordedTracks, *, frame_rate: float
     ]
     rows.sort(key=lambda row: (row["f"], row["p"]))
     first, last = rows[0]["f"], rows[-1]["f"]
-    step = math.gcd(*(int(row["f"] - first) for row in rows))
+    owned = np.repeat(np.arange(len(agents)), [len(frames) for _, frames in agents.values()])
+    step = max(1, frame_step(np.concatenate([frames for _, frames in agents.values()]), owned))
     scene = {"id": 0, "p": next(iter(agents)), "s": first, "e": last, "fps": frame_rate / step, "tag": 0}
     lines = [json.dumps({"scene": scene}), *(json.dumps({"track": row}) for row in rows)]
     with _writing(path):
@@ -200,10 +205,10 @@ class Format:
         agents: kind of agents if the file does not state it; "" if unknown.
         reader: function of a path and settings that returns the rows of the file.
         mark: description of the feature that identifies the format.
-        recognises: predicate on the lower-case suffix and the first line that is not blank. No file satisfies the
-            predicates of two formats.
+        recognises: predicate on the lower-case suffix and the beginning of the text. The first format whose predicate
+            holds is taken, csv last.
         writer: function of a path, tracks and settings that writes a file; None for a format that is only read.
-        suffix: suffix of the files that `writer` writes.
+        suffix: suffix of the files that `writer` writes. layout: of a table; None for other formats.
     """
 
     name: str
@@ -214,34 +219,26 @@ class Format:
     recognises: Callable[[str, str], bool]
     writer: Callable[..., None] | None = None
     suffix: str = ""
+    layout: Layout | None = None
 
 
-def _header(*names: str) -> Callable[[str, str], bool]:
-    """Return a predicate: the first line has cells of these names."""
+def _table(name: str, sentence: str, agents: str, mark: str, layout: Layout, **writing: Any) -> Format:
+    """Return the format of tables of a layout."""
 
-    def recognises(suffix: str, line: str) -> bool:
-        return {cell.strip() for cell in next(csv.reader([line]), [])}.issuperset(names)
+    def recognises(suffix: str, text: str) -> bool:
+        sheet = beginning_sheet(Path(suffix), text)
+        return sheet is not None and layout.fits(sheet)
 
-    return recognises
-
-
-def _geographic_header(name: str) -> Callable[[str, str], bool]:
-    """Return a predicate: the first line names a column `name`, a latitude and a longitude, in any case."""
-
-    def recognises(suffix: str, line: str) -> bool:
-        cells = {cell.strip().lower() for cell in next(csv.reader([line]), [])}
-        return name in cells and all(cells.intersection(vehicles.COLUMNS[field]) for field in ("latitude", "longitude"))
-
-    return recognises
+    return Format(name, sentence, agents, partial(read_layout, layout), mark, recognises, layout=layout, **writing)
 
 
-def _numbers(suffix: str, line: str) -> bool:
-    """Return whether the first line holds four or eight numbers separated by white space."""
-    try:
-        return len([float(cell) for cell in line.split()]) in pedestrians.ETH
-    except ValueError:
-        return False
+def _begins(pattern: str) -> Callable[[str, str], bool]:
+    """Return a predicate: the text begins with the pattern, after white space and an XML declaration and comments."""
+    compiled = re.compile(rf"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*(?:{pattern})", re.DOTALL)
+    return lambda suffix, text: compiled.match(text) is not None
 
+
+_BOXES = "position: the centre of the box; y points down, as in the file"
 
 FORMATS: Final = Registry[Format](
     "slalom.formats",
@@ -249,23 +246,28 @@ FORMATS: Final = Registry[Format](
     {
         row.name: row
         for row in (
-            Format(
+            _table(
                 "csv",
-                "Slalom's own format: t, id, x, y and, if known, z, radius, length, width and kind; s and m.",
+                "Any table: t or frame, id, x, y or latitude, longitude; if known, z, radius, length, width, kind.",
                 "",
-                table.csv_rows,
-                "a header with t,id,x,y",
-                _header("t", "id", "x", "y"),
-                write_csv,
-                ".csv",
+                "a header with t or frame, id, x, y, by their usual names",
+                Layout(),
+                writer=write_csv,
+                suffix=".csv",
             ),
-            Format(
+            _table(
                 "eth_ucy",
                 "ETH and UCY pedestrians: frame, id, x, y separated by white space, or ETH's obsmat.txt.",
                 "pedestrian",
-                pedestrians.eth_ucy,
                 "lines of 4 or 8 numbers separated by white space",
-                _numbers,
+                Layout(
+                    "frame=frame id=id x=x y=y",
+                    named=False,
+                    cells="[ ,;]n{4}| n{8}",
+                    names=("frame id x z_ y vx vz vy", "frame id x y"),
+                    either=True,
+                    rates={10: 25.0, 6: 15.0},
+                ),
             ),
             Format(
                 "trajnet",
@@ -273,27 +275,88 @@ FORMATS: Final = Registry[Format](
                 "pedestrian",
                 pedestrians.trajnet,
                 'lines that begin with {"scene" or {"track"',
-                lambda suffix, line: line.replace(" ", "").startswith(('{"scene"', '{"track"')),
+                _begins(r'\{\s*"(?:scene|track)"'),
                 write_trajnet,
                 ".ndjson",
             ),
-            Format(
+            _table(
                 "pedpy",
-                "PedPy text and the pedestrian dynamics data archive: id, frame, x, y below comment lines.",
+                "PedPy text and the pedestrian dynamics data archive: id, frame, x, y separated by white space.",
                 "pedestrian",
-                pedestrians.pedpy_text,
-                "a first line that begins with #",
-                lambda suffix, line: line.lstrip().startswith("#"),
+                "lines of 4 or more numbers below comments, or a header with id, frame, x, y, separated by white space",
+                Layout(
+                    "frame=frame|frame_id id=id|pers_id|person_id|ped_id x=x y=y",
+                    named=False,
+                    cells="#? h|#[ ,;]n{4,}| n{5,7}",
+                    names=("id frame x y",),
+                    either=True,
+                    assumed=True,
+                ),
             ),
             Format(
                 "jupedsim",
-                "SQLite databases of JuPedSim.",
+                "SQLite databases of JuPedSim, with the borders of the walkable area as walls.",
                 "pedestrian",
                 pedestrians.jupedsim,
                 "the SQLite signature",
-                lambda suffix, line: line.startswith("SQLite format 3"),
+                _begins("SQLite format 3"),
                 write_jupedsim,
                 ".sqlite",
+            ),
+            _table(
+                "vadere",
+                "Steps of pedestrians of Vadere.",
+                "pedestrian",
+                "a header with pedestrianId, simTime, startX and startY",
+                Layout(
+                    "t=simTime id=pedestrianId x=startX y=startY t_end=endTime x_end=endX y_end=endY",
+                    "endTime endX endY",
+                    named=False,
+                ),
+            ),
+            _table(
+                "viswalk",
+                "Pedestrians of Viswalk: a .pp file.",
+                "pedestrian",
+                "a header with NO, SIMSEC, COORDCENTX and COORDCENTY",
+                Layout("t=simsec id=no x=coordcentx y=coordcenty", named=False),
+            ),
+            Format(
+                "ucy_splines",
+                "Splines of UCY pedestrians, in pixels: .vsp.",
+                "pedestrian",
+                pedestrians.vsp,
+                "a first line with a number of splines",
+                _begins(r"\d+\s+-\s+the number of splines"),
+            ),
+            _table(
+                "sdd",
+                "Stanford Drone Dataset: annotations.txt, boxes in pixels, 30 frames per second.",
+                "pedestrian",
+                "lines of 9 numbers and a label",
+                Layout(
+                    "x=0.5*xmin+0.5*xmax y=0.5*ymin+0.5*ymax kind=label",
+                    cells=" n{9}t",
+                    names=("id xmin ymin xmax ymax frame lost occluded generated label",),
+                    rate=30.0,
+                    unit=None,
+                    left_out={"lost": (1.0, "outside of the view")},
+                    notes=(_BOXES,),
+                ),
+            ),
+            _table(
+                "mot",
+                "MOT Challenge: boxes in pixels, by frame and id.",
+                "pedestrian",
+                "lines of 7 to 10 numbers separated by commas",
+                Layout(
+                    "x=left+0.5*box y=top+0.5*height",
+                    cells=",n{7,10}",
+                    names=("frame id left top box height confidence class_ visible",),
+                    unit=None,
+                    left_out={"confidence": (0.0, "not to be considered")},
+                    notes=(_BOXES,),
+                ),
             ),
             Format(
                 "drone",
@@ -301,46 +364,137 @@ FORMATS: Final = Registry[Format](
                 "car",
                 vehicles.drone,
                 f"a header with {','.join(vehicles.CENTRES)} or {','.join(vehicles.CORNERS)}",
-                lambda suffix, line: (
-                    _header(*vehicles.CENTRES)(suffix, line) or _header(*vehicles.CORNERS)(suffix, line)
+                lambda suffix, text: any(
+                    set(names) <= {cell.strip() for cell in text.lstrip().split("\n", 1)[0].split(",")}
+                    for names in (vehicles.CENTRES, vehicles.CORNERS)
                 ),
             ),
-            Format(
+            _table(
                 "interaction",
-                "INTERACTION road users.",
+                "INTERACTION and SinD road users.",
                 "car",
-                vehicles.interaction,
-                f"a header with {','.join(vehicles.CASES)}",
-                _header(*vehicles.CASES),
+                "a header with track_id, frame_id, timestamp_ms, x and y",
+                Layout("z= case=case_id", "track_id timestamp_ms"),
+            ),
+            _table(
+                "ngsim",
+                "NGSIM vehicles, in feet, 10 frames per second.",
+                "car",
+                "a header with Vehicle_ID, Frame_ID, Local_X, Local_Y and v_Class, or lines of 18 numbers",
+                Layout(
+                    "frame=Frame_ID id=Vehicle_ID x=Local_X y=Local_Y length=v_Length width=v_Width kind=v_Class",
+                    "v_Class",
+                    named=False,
+                    cells=" n{18}|.h",
+                    names=(
+                        "Vehicle_ID Frame_ID Total_Frames Global_Time Local_X Local_Y Global_X Global_Y v_Length "
+                        "v_Width v_Class",
+                    ),
+                    rate=10.0,
+                    unit=LENGTHS["ft"],
+                    kinds={"1": "motorcycle", "2": "car", "3": "truck"},
+                    notes=("lengths in feet; position: the centre of the front",),
+                ),
+            ),
+            _table(
+                "kitti",
+                "KITTI tracking labels: positions before the camera, 10 frames per second.",
+                "car",
+                "lines of 17 or 18 cells, the third of which is a type",
+                Layout(
+                    "x=depth y=-right",
+                    cells=" nntn{14,15}",
+                    names=(
+                        "frame id type truncated occluded alpha left top end bottom height width length right down "
+                        "depth rotation score",
+                    ),
+                    rate=10.0,
+                    left_out={"id": (-1.0, "without a track")},
+                    notes=("positions in the frame of the camera, x ahead and y left: its own motion is unknown",),
+                ),
+            ),
+            _table(
+                "argoverse",
+                "Argoverse 2 motion forecasting: scenario_*.parquet, 10 steps per second.",
+                "car",
+                "a table with track_id, object_type, timestep, position_x and position_y",
+                Layout("t= frame=timestep z=", "object_type timestep position_x position_y", rate=10.0),
+            ),
+            Format(
+                "nuscenes",
+                "nuScenes: sample_annotation.json, with the tables sample, instance and category beside it.",
+                "car",
+                vehicles.nuscenes,
+                "JSON records with sample_token and instance_token",
+                lambda suffix, text: suffix == ".json" and '"sample_token"' in text and '"instance_token"' in text,
             ),
             Format(
                 "commonroad",
                 "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles.",
                 "car",
                 vehicles.commonroad,
-                "the suffix .xml",
-                lambda suffix, line: suffix == ".xml",
+                "an XML element commonRoad",
+                _begins("<commonRoad"),
             ),
             Format(
+                "sumo",
+                "SUMO's output fcd-export: vehicles and persons.",
+                "car",
+                vehicles.sumo,
+                "an XML element fcd-export",
+                _begins("<fcd-export"),
+            ),
+            _table(
                 "ais",
                 "Ships: tables with time, MMSI, latitude and longitude.",
                 "ship",
-                vehicles.ais,
                 "a header with mmsi, a latitude and a longitude",
-                _geographic_header("mmsi"),
+                Layout("id=mmsi altitude= x= y=", "mmsi", from_first=True, day_first=True),
             ),
-            Format(
+            _table(
+                "traffic",
+                "Aircraft as the Python package traffic writes them: altitude in feet.",
+                "aircraft",
+                "a header with icao24, groundspeed, vertical_rate and altitude",
+                Layout(
+                    "id=icao24 x= y=",
+                    "icao24 groundspeed vertical_rate altitude",
+                    from_first=True,
+                    altitude_unit=LENGTHS["ft"],
+                    notes=("altitude in feet, as the package traffic writes it",),
+                ),
+            ),
+            _table(
                 "adsb",
                 "Aircraft: tables with time, ICAO address, latitude, longitude and altitude.",
                 "aircraft",
-                vehicles.adsb,
                 "a header with icao24, a latitude and a longitude",
-                _geographic_header("icao24"),
+                Layout("id=icao24 x= y=", "icao24", from_first=True),
             ),
         )
     },
 )
 """Formats by name; packages add to them by entry points of the group slalom.formats."""
+
+_NO_RECORDINGS: Final[Mapping[str, str]] = {
+    r"PK\x03\x04": "a zip archive: unpack it",
+    r"<OpenSCENARIO": "a scenario of OpenSCENARIO, not a recording",
+    r"<OpenDRIVE": "roads of OpenDRIVE, not a recording",
+    r"<osm": "a map of OpenStreetMap, not a recording",
+    r"\{.{0,200}\"filename\"": "annotations of the VGG Image Annotator (VIA), which have no times",
+    r"\{\s*\"time\".{0,40}\"states\"": "one time of aircraft of OpenSky: a recording has two or more",
+    r"[!\\]AIV": "AIS sentences (NMEA 0183) with checksums, each of one position: decode them to a table with MMSI",
+    r"\d\d:\d\d:\d\d(?:\.\d+)?>": "a scenario of BlueSky, not a recording",
+    r"case,agent,x,y,goal_x": "starts and goals of CADRL, not a recording: `slalom compare` runs them",
+    r"type \w+\s+height \d": "a map of MovingAI: walls, not a recording",
+    r"version [\d.]+\s+\d+\t": "tasks of MovingAI: starts and goals, not a recording",
+    r"image:|(?:\w+:[^\n]*\n)+image:": "a map of nav2: walls, not a recording; `slalom.io.maps.read_map` reads it",
+    r"P[25]\s": "an image of a map, not a recording: its yaml file has the scale",
+    r"(?:MULTI)?(?:POLYGON|LINESTRING|POINT)|GEOMETRYCOLLECTION": "shapes in WKT: walls, not a recording",
+    r"\{.{0,200}\"(?:FeatureCollection|Feature|Polygon|LineString)\"": "shapes in GeoJSON: walls, not a recording",
+    r"0\s+SECTION": "a drawing in DXF: walls, not a recording",
+}
+"""What other files are, by the pattern with which they begin."""
 
 
 def read_recording(
@@ -350,6 +504,7 @@ def read_recording(
     gap: float | None = None,
     max_speed: float | None = None,
     interpolation: str = "smooth",
+    keep: str | None = None,
     **settings: Any,
 ) -> RecordedTracks:
     """Read the tracks of a file, with notes on all that was repaired, left out or assumed.
@@ -359,6 +514,7 @@ def read_recording(
         gap: [s] split a track where its agent has no row for longer; never if None.
         max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; no limit if None.
         interpolation: "smooth" or "linear", as of `Sampled`.
+        keep: which of several rows of an agent at one time is read, "first" or "last"; such rows are a mistake if None.
         settings: keyword arguments of the format's reader, such as frame_rate.
 
     Raises:
@@ -366,11 +522,11 @@ def read_recording(
         InvalidInput: an unknown format, unknown or invalid settings.
     """
     path = Path(path)
-    row = FORMATS.find(format_of(path) if format is None else format, "format")
+    row = FORMATS.find(format_of(path, "columns" in settings) if format is None else format, "format")
     _check(row.reader, row.name, settings)
     rows = row.reader(path, **settings)
-    found = tracks_of(rows, gap=gap, max_speed=max_speed, interpolation=interpolation)
-    return replace(found, format=row.name)
+    found = tracks_of(rows, gap=gap, max_speed=max_speed, interpolation=interpolation, keep=keep)
+    return replace(found, format=row.name, notes=(*found.notes, *found.implausible(row.agents)))
 
 
 def format_of_suffix() -> dict[str, str]:
@@ -408,21 +564,50 @@ def reader_settings(name: str) -> list[str]:
     return list(_keywords(FORMATS.find(name, "format").reader))
 
 
-def format_of(path: Path) -> str:
+def format_of(path: Path, columns: bool = False) -> str:
     """Recognise the format of a file from its first RECOGNITION_BYTES bytes; return its name.
 
+    Args:
+        columns: whether columns are given: a table of no known format is then one of csv.
+
     Raises:
-        InvalidFile: no such file, or no known format.
+        InvalidFile: no such file, or no known format; the message says what the file is, or which formats are nearest.
     """
-    text = beginning_of(path, RECOGNITION_BYTES).decode("utf-8-sig", errors="replace")
+    text = _beginning(path)
+    suffix = path.suffix.lower() if path.suffix.lower() != ".gz" else Path(path.stem).suffix.lower()
+    found = [row.name for row in FORMATS.values() if row.recognises(suffix, text)]
+    if found:
+        return next((name for name in found if name != "csv"), "csv")
+    what = next((what for pattern, what in _NO_RECORDINGS.items() if _begins(pattern)(suffix, text)), None)
+    if tracks := vehicles.tracks_of_meta(path):
+        what = f"a file about a recording: name {tracks.name}"
+    if what is not None:
+        raise InvalidFile([f"{path}: expected a recording, found {what}"])
+    sheet = beginning_sheet(path, text)
+    if columns and sheet is not None:
+        return "csv"
     line = next((line for line in text.splitlines() if line.strip()), "")
-    found = [row for row in FORMATS.values() if row.recognises(path.suffix.lower(), line)]
-    if len(found) != 1:
-        marks = "; ".join(f"{row.name}: {row.mark}" for row in FORMATS.values())
-        raise InvalidFile(
-            [f"{path}: expected a file of a known format, or the name of its format ({marks}), found {line[:60]!r}"]
-        )
-    return found[0].name
+    tables = [row for row in FORMATS.values() if row.layout and re.fullmatch(row.layout.cells, ",h")]
+    lacking = {row.name: row.layout.missing(sheet) for row in tables if row.layout and sheet}
+    nearest = "; ".join(
+        f"{name} ({FORMATS[name].mark}), without {', '.join(lacking[name])}"
+        for name in sorted(lacking, key=lambda name: len(lacking[name]))[:2]
+    )
+    raise InvalidFile(
+        [
+            f"{path}: expected a file of a known format (`slalom list formats`), found {line[:60]!r}"
+            f"{f'; nearest: {nearest}; --columns names other columns' if nearest else ''}"
+        ]
+    )
+
+
+def _beginning(path: Path) -> str:
+    """Return the beginning of the text of a file; the names of its columns for Parquet."""
+    content = beginning_of(path, RECOGNITION_BYTES)
+    if content.startswith(b"PAR1"):
+        return ",".join(parquet(path, names_only=True).names) + "\n"
+    marked = "utf-16" if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+    return content.decode(marked, errors="replace").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _check(function: Callable[..., Any], name: str, settings: dict[str, Any]) -> None:

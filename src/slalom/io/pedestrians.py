@@ -1,21 +1,23 @@
-"""Readers of recorded pedestrians in the plane: ETH/UCY text, TrajNet++, PedPy text and JuPedSim databases."""
+"""Readers of recorded pedestrians whose files are no tables: TrajNet++, JuPedSim databases and splines of UCY."""
 
 import json
-import math
-import re
 import sqlite3
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+import shapely
 
-from slalom.base.checks import Array, known, positive
+from slalom.base.checks import Array, positive, shown
 from slalom.base.errors import InvalidFile
 from slalom.base.tolerances import LARGEST
-from slalom.io.recorded import Mistake, Rows, counted, refuse
-from slalom.io.table import MAX_ROWS, Table, comma_table, file_size, spaced_rows, text_of
+from slalom.io.layout import frame_step, length_unit
+from slalom.io.recorded import BOUNDING_BOX, Mistake, Rows, counted, refuse
+from slalom.io.sheet import comma_table
+from slalom.io.table import MAX_ROWS, Table, file_size, text_of
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Reader of CADRL test cases (mit-acl/gym-collision-avoidance): CSV, one row per robot of a case.
@@ -120,52 +122,14 @@ def rows_of_queries(path: Path, kind: str, queries: Sequence[str]) -> list[list[
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Readers of recorded pedestrians in the plane: ETH/UCY text, TrajNet++, PedPy text and JuPedSim databases.
+# Readers of recorded pedestrians in the plane: TrajNet++, splines of UCY and JuPedSim databases.
 
-
-ETH: Final = {4: ("frame", "id", "x", "y"), 8: ("frame", "id", "x", "z", "y", "vx", "vz", "vy")}
-"""Columns of ETH/UCY files by their count; 8 columns are those of obsmat.txt, whose z is not used."""
-
-VIDEO_RATES: Final = {10: 25.0, 6: 15.0}
-"""[Hz] Frame rate of the video by the number of frames between annotations; both give 2.5 annotations per second."""
 
 ROWS_PER_SECOND: Final = 2.5
 """[Hz] Row rate of TrajNet++ for scenes that state none."""
 
-UNITS: Final = {"m": 1.0, "cm": 0.01}
-
-_FRAME_RATE = re.compile(r"frame ?rate[\s:=]*(\d+(?:\.\d*)?)", re.IGNORECASE)
-_UNIT = re.compile(r"\b(?:x/|in )(m|cm)\b", re.IGNORECASE)
-
-
-def eth_ucy(path: Path, *, frame_rate: float | None = None) -> Rows:
-    """Read ETH/UCY text: frame, id, x, y [m] separated by white space, or the eight columns of ETH's obsmat.txt.
-
-    Args:
-        frame_rate: [Hz] of the video. By default 25 for frames 10 apart and 15 for frames 6 apart.
-
-    Raises:
-        InvalidFile: invalid rows; frames neither 10 nor 6 apart and no `frame_rate`.
-    """
-    rows, lines, _ = spaced_rows(path)
-    width = len(rows[0]) if rows else 4
-    if width not in ETH:
-        raise InvalidFile([f"{path}:{lines[0]}: expected 4 or 8 cells separated by white space, found {width}"])
-    table = Table(path, ETH[width], rows, lines)
-    ids, frames = table.ids("id", whole=True), table.numbers("frame", whole=True)
-    positions = table.positions("x", "y")
-    refuse(path, table.mistakes)
-    step = _frame_step(frames)
-    if frame_rate is None and step not in VIDEO_RATES:
-        raise InvalidFile([f"{path}: expected frames 10 or 6 apart, or a frame_rate, found {step:g} apart and none"])
-    rate = VIDEO_RATES[step] if frame_rate is None else positive(frame_rate, "frame_rate")
-    return table.rows_of(ids, frames / rate, positions)
-
-
-def _frame_step(frames: Array) -> int:
-    """Return the greatest common divisor of the differences between frames; 0 if all frames are the same."""
-    distinct = np.unique(frames).astype(np.int64)
-    return math.gcd(*np.diff(distinct).tolist())
+VIDEO_RATE: Final = 25.0
+"""[Hz] Frame rate of the videos of UCY."""
 
 
 def trajnet(path: Path, *, frame_rate: float | None = None) -> Rows:
@@ -174,8 +138,8 @@ def trajnet(path: Path, *, frame_rate: float | None = None) -> Rows:
     Predicted rows (with a prediction number) are left out, with a note.
 
     Args:
-        frame_rate: [Hz] of the frame numbers. By default the number of frames between consecutive rows times the row
-            rate. The row rate is the fps of the scenes, or 2.5 if the scenes state none.
+        frame_rate: [Hz] of the frame numbers. By default the median number of frames between consecutive rows of a
+            pedestrian times the row rate. The row rate is the fps of the scenes, or 2.5 if the scenes state none.
 
     Raises:
         InvalidFile: a line that is neither a scene nor a track, scenes of different fps.
@@ -211,7 +175,7 @@ def trajnet(path: Path, *, frame_rate: float | None = None) -> Rows:
     frames = table.numbers("f", whole=True)
     positions = table.positions("x", "y")
     refuse(path, table.mistakes)
-    rate = first * max(_frame_step(frames), 1) if frame_rate is None else positive(frame_rate, "frame_rate")
+    rate = first * max(frame_step(frames, ids[1]), 1) if frame_rate is None else positive(frame_rate, "frame_rate")
     notes = [f"{counted(predicted, 'predicted row')} left out"] if predicted else []
     return table.rows_of(ids, frames / rate, positions, notes=notes)
 
@@ -225,57 +189,54 @@ def _content(line: str) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def pedpy_text(path: Path, *, frame_rate: float | None = None, unit: str | None = None) -> Rows:
-    """Read PedPy text and the pedestrian dynamics data archive: id, frame, x, y separated by white space.
-
-    Further cells are ignored. Lines that begin with # are comments, which may state the frame rate (`framerate: 25`)
-    and the unit (`x/cm`, `in m`).
+def vsp(path: Path, *, unit: float | str | None = None, frame_rate: float = VIDEO_RATE) -> Rows:
+    """Read the splines of UCY: for each pedestrian, the number of control points, then x, y, frame and gaze of each.
 
     Args:
-        frame_rate: [Hz]; required if the file states none.
-        unit: m or cm; if neither the file nor this argument states one, m, with a note.
+        unit: of the positions, which are in pixels from the middle of the image. frame_rate: [Hz] of the video.
 
     Raises:
-        InvalidFile: invalid rows, no frame rate, a stated frame rate or unit that differs from the given one.
+        InvalidFile: no unit, a number of points that is none, cells that are not numbers.
     """
-    rows, lines, comments = spaced_rows(path)
-    rate, unit_stated = _stated(_FRAME_RATE, comments), _stated(_UNIT, comments)
-    given = None if frame_rate is None else positive(frame_rate, "frame_rate")
-    if unit is not None and unit_stated not in (None, known(unit, "unit", list(UNITS))):
-        raise InvalidFile([f"{path}: expected the given unit {unit}, found {unit_stated}"])
-    width = len(rows[0]) if rows else 4
-    if width < 4:
-        raise InvalidFile([f"{path}:{lines[0]}: expected 4 or more cells separated by white space, found {width}"])
-    table = Table(path, ["id", "frame", "x", "y", *map(str, range(5, width + 1))], rows, lines)
-    times = table.numbers("frame", whole=True) / _rate(path, None if rate is None else float(rate), given)
-    positions = table.positions("x", "y") * UNITS[unit or unit_stated or "m"]
-    notes = [] if unit or unit_stated else ["unit of the positions not stated: m assumed"]
-    return table.rows_of(table.ids("id", whole=True), times, positions, notes=notes)
-
-
-def _rate(path: Path, stated: float | None, given: float | None) -> float:
-    """Return the frame rate [Hz] stated in a file or given; raise InvalidFile if both exist and differ."""
-    rate = given if stated is None else stated
-    if rate is None or rate <= 0.0 or given not in (None, rate):
-        expected = "a frame rate above 0, in the file or given" if given is None else f"the frame rate of {given:g} Hz"
-        raise InvalidFile([f"{path}: expected {expected}, found {'none' if rate is None else f'{rate:g} Hz'}"])
-    return rate
-
-
-def _stated(pattern: re.Pattern[str], comments: Sequence[str]) -> str | None:
-    """Return the first group of the first match in the comments, in lower case; None without a match."""
-    found = (match[1].lower() for line in comments if (match := pattern.search(line)))
-    return next(found, None)
+    metres, rate = length_unit(unit), positive(frame_rate, "frame_rate")
+    if metres is None:
+        raise InvalidFile(
+            [f"{path}: expected a unit, as in unit=0.04 for 0.04 m in a pixel, found positions in pixels"]
+        )
+    lines = text_of(path).split("\n")
+    rows, numbers = list[list[Any]](), list[int]()
+    left = agent = 0
+    for number, line in enumerate(lines[1:], start=2):
+        cells = line.split()
+        if not cells:
+            continue
+        if left:
+            left -= 1
+            rows.append([agent, *(cells + [""] * 3)[:3]])
+            numbers.append(number)
+        elif cells[0].isdigit() and len(cells[0]) < 10:
+            agent, left = agent + 1, int(cells[0])
+        else:
+            raise InvalidFile([f"{path}:{number}: expected a number of control points, found {line[:60]!r}"])
+    table = Table(path, ["id", "x", "y", "frame"], rows, numbers)
+    notes = ["x and y count from the middle of the image"]
+    times = table.numbers("frame", whole=True) / rate
+    return table.rows_of(table.ids("id"), times, table.positions("x", "y") * metres, notes=notes)
 
 
 def jupedsim(path: Path) -> Rows:
     """Read a JuPedSim SQLite database, version 1 or 2: table trajectory_data, and the key fps of table metadata.
 
+    Walls are the borders of the areas of the table geometry, unless the metadata call them a bounding box.
+
     Raises:
         InvalidFile: no such file or database, another version, no fps, cells that are not numbers.
     """
     query = "SELECT rowid, id, frame, pos_x, pos_y FROM trajectory_data ORDER BY rowid"
-    stated, rows = rows_of_queries(path, "JuPedSim database", ("SELECT key, value FROM metadata", query))
+    tables = "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'geometry'"
+    stated, rows, geometry = rows_of_queries(
+        path, "JuPedSim database", ("SELECT key, value FROM metadata", query, tables)
+    )
     metadata = dict(stated)
     try:
         version, rate = int(metadata.get("version", 1)), float(metadata.get("fps", "none"))
@@ -287,4 +248,25 @@ def jupedsim(path: Path) -> Rows:
     location = "{path}: trajectory_data row {line}"
     table = Table(path, ["row", "id", "frame", "x", "y"], rows, (row[0] for row in rows), location)
     times = table.numbers("frame", whole=True) / rate
-    return table.rows_of(table.ids("id", whole=True), times, table.positions("x", "y"))
+    read = table.rows_of(table.ids("id", whole=True), times, table.positions("x", "y"))
+    if not geometry or metadata.get("geometry") == BOUNDING_BOX:
+        return read
+    (texts,) = rows_of_queries(path, "JuPedSim database", ("SELECT DISTINCT wkt FROM geometry",))
+    several = [f"the {len(texts)} areas of different times are all walls"] if len(texts) > 1 else []
+    return replace(
+        read, walls=tuple(ring for (text,) in texts for ring in _rings(path, text)), notes=(*read.notes, *several)
+    )
+
+
+def _rings(path: Path, wkt: Any) -> list[Array]:
+    """Return the borders (n, 2) [m] of the areas of a text in WKT, first point last again."""
+    try:
+        # Once for a collection, once for the areas of its parts.
+        areas = shapely.get_parts(shapely.get_parts(shapely.from_wkt(wkt))) if isinstance(wkt, str) else []
+    except shapely.errors.ShapelyError as error:
+        raise InvalidFile([f"{path}: geometry: expected WKT, found {error}"]) from None
+    borders = shapely.remove_repeated_points(shapely.get_rings(areas))
+    rings = [shapely.get_coordinates(border) for border in borders]
+    if not rings or not all(np.isfinite(ring).all() and np.abs(ring).max() <= LARGEST for ring in rings):
+        raise InvalidFile([f"{path}: geometry: expected areas in WKT, found {shown(wkt)}"])
+    return rings

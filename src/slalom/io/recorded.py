@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from slalom.base.checks import Array, positive
+from slalom.base.checks import Array, known, positive
 from slalom.base.errors import InvalidFile
 from slalom.base.tolerances import LARGEST
 from slalom.kernels.arrays import Indices
@@ -22,6 +22,52 @@ MAX_LISTED: Final = 10
 
 LINE_LOCATION: Final = "{path}:{line}"
 """Template of a location in a text file; databases, whose rows have no lines, use another one."""
+
+RADII: Final[Mapping[str, float]] = {
+    "pedestrian": 0.25,
+    "bicycle": 0.95,
+    "motorcycle": 1.2,
+    "car": 2.4,
+    "van": 3.0,
+    "truck": 6.2,
+    "bus": 6.2,
+    "ship": 50.0,
+    "aircraft": 30.0,
+    "drone": 0.3,
+}
+"""[m] Radius of an agent without a size, by kind: half the diagonal of a common one, 4.5 x 1.8 m for a car."""
+
+KIND_ALIASES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("person", "people", "human", "ped", "walker", "adult", "child", "skater"), "pedestrian"),
+    **dict.fromkeys(("pedestrian/bicycle", "bicyclist", "cyclist", "biker", "bike"), "bicycle"),
+    **dict.fromkeys(("motorcyclist", "motorbike"), "motorcycle"),
+    **dict.fromkeys(("vehicle", "passenger", "taxi", "priorityvehicle", "parkedvehicle", "cart"), "car"),
+    **dict.fromkeys(("truck_bus", "coach"), "bus"),
+    **dict.fromkeys(("trailer", "lorry"), "truck"),
+    **dict.fromkeys(("vessel", "boat"), "ship"),
+    **dict.fromkeys(("airplane", "plane"), "aircraft"),
+    **dict.fromkeys(("uav", "quadrotor"), "drone"),
+    **dict.fromkeys(("unknown", "other", "-1"), ""),
+}
+"""Kinds of RADII by other words of files; "" for words that name none."""
+
+DEFAULT_KINDS: Final[Mapping[int, str]] = {2: "pedestrian", 3: "drone"}
+"""Kind of an agent without a kind in the file or the format, by the dimension of its track."""
+
+FASTEST: Final[Mapping[str, float]] = {
+    **dict.fromkeys(("motorcycle", "car", "van", "truck", "bus"), 70.0),
+    **dict(zip(("pedestrian", "bicycle", "drone", "ship", "aircraft"), (2.5, 15.0, 50.0, 30.0, 350.0))),
+}
+"""[m/s] Largest plausible median speed of agents of a kind. Larger: wrong units and rates pass without a word."""
+
+SLOWEST: Final = 0.05
+"""[m/s] Least plausible largest speed of a recording in which agents move. Smaller: degrees and ms pass."""
+
+HIGHEST: Final = 15_000.0
+"""[m] Largest plausible altitude. Larger: feet pass as metres."""
+
+BOUNDING_BOX: Final = "bounding box of all positions"
+"""Value of the key geometry in the metadata of databases whose walkable area is no building."""
 
 _NUMBERED = re.compile(r"(-?\d{1,18})(?:\.(\d{1,18}))?")
 
@@ -54,12 +100,73 @@ class RecordedTracks:
         notes: repairs and assumptions, one sentence each, with a count.
         format: name of the file's format; "" for tracks that were not read from a file.
         parts: ids of the parts of each track that was split, by the id in the file.
+        walls: polylines (n, 2) [m].
     """
 
     agents: Mapping[str, Agent]
     notes: tuple[str, ...] = ()
     format: str = ""
     parts: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    walls: tuple[Array, ...] = ()
+
+    def summary(self) -> str:
+        """Return the number of agents, the time span, the extent, and the median and the largest speed, in a line."""
+        times = np.array([agent.trajectory.span for agent in self.agents.values()])
+        points = [agent.trajectory.positions for agent in self.agents.values()]
+        low, high = (np.array([bound(p, axis=0)[:2] for p in points]) for bound in (np.min, np.max))
+        speeds = np.concatenate([_speeds(agent) for agent in self.agents.values()])
+        start, end = times[:, 0].min(), times[:, 1].max()
+        extent = " x ".join(f"{size:.4g}" for size in high.max(axis=0) - low.min(axis=0))
+        return (
+            f"{counted(len(points), 'agent')}, {end - start:.6g} s from {start:.6g} to {end:.6g} s, extent {extent} m, "
+            f"speed median {np.median(speeds):.3g} and largest {speeds.max():.3g} m/s"
+        )
+
+    def implausible(self, kind: str) -> list[str]:
+        """Return a warning for each speed and altitude that suggests a wrong unit or rate.
+
+        Args:
+            kind: of agents whose kind is not stated; "" for that of their dimension, if their size is not stated.
+        """
+        groups = dict[str, list[Array]]()
+        for agent in self.agents.values():
+            sized = agent.radius or agent.length
+            usual = kind or ("car" if sized else DEFAULT_KINDS[agent.trajectory.dimension])
+            found = kind_of(agent.kind) or usual
+            groups.setdefault(found if found in FASTEST else usual, []).append(_speeds(agent))
+        warnings = []
+        for name, parts in groups.items():
+            median = float(np.median(np.concatenate(parts)))
+            if median > FASTEST[name]:
+                hint = "; the frames of biwi_eth.txt are at 15 Hz" if name == "pedestrian" else ""
+                warnings.append(
+                    f"warning: median speed {median:.3g} m/s of {name} tracks, expected at most {FASTEST[name]:g} m/s: "
+                    f"check --frame-rate, --unit and --time-unit{hint}"
+                )
+        points = np.concatenate([agent.trajectory.positions for agent in self.agents.values()])
+        largest = max(float(np.max(speeds)) for parts in groups.values() for speeds in parts)
+        if 0.0 < largest < SLOWEST:
+            degrees = np.abs(points[:, 0]).max() <= 180.0 and np.abs(points[:, 1]).max() <= 90.0
+            hint = "for degrees, --columns latitude=y,longitude=x; " if degrees else ""
+            warnings.append(f"warning: largest speed {largest:.3g} m/s: {hint}else check --unit and --time-unit")
+        if points.shape[1] == 3 and (np.max(points[:, 2]) < 0.0 or np.max(points[:, 2]) > HIGHEST):
+            low, high = np.min(points[:, 2]), np.max(points[:, 2])
+            hint = "--columns z=-z if z points down" if high < 0.0 else "--altitude-unit 0.3048 for feet"
+            warnings.append(f"warning: z from {low:.6g} to {high:.6g} m: {hint}")
+        return warnings
+
+
+def _speeds(agent: Agent) -> Array:
+    """Return the mean speeds (n - 1,) [m/s] between the rows of an agent."""
+    track = agent.trajectory
+    with np.errstate(over="ignore"):
+        return np.asarray(np.linalg.norm(np.diff(track.positions, axis=0), axis=1) / np.diff(track.times))
+
+
+def kind_of(text: str) -> str:
+    """Return a kind in the words of RADII, "" if the text names none; another word in lower case."""
+    word = text.strip().lower()
+    return KIND_ALIASES.get(word, word)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +177,7 @@ class Rows:
         labels: ids. agents: (n,) indices into labels. times: (n,) [s]. positions: (n, d) [m]. lines: (n,).
         extents: radius, length or width, each (n,) [m], nan where the row states none.
         kinds: n texts, "" where the row states none; empty if the file has no kinds.
-        location: template of a location in the file.
+        location: template of a location in the file. walls: polylines (m, 2) [m].
     """
 
     path: Path
@@ -83,6 +190,7 @@ class Rows:
     kinds: Sequence[str] = ()
     notes: tuple[str, ...] = ()
     location: str = LINE_LOCATION
+    walls: tuple[Array, ...] = ()
 
 
 def refuse(path: Path, mistakes: Iterable[Mistake], location: str = LINE_LOCATION) -> None:
@@ -149,7 +257,7 @@ def tracks_at(
 # Conversion of the rows of a file to tracks: repairs are noted, other mistakes are raised together.
 #
 # Repaired: identical rows, rows out of order, gaps (the track is split), tracks with a single row (left out). Refused:
-# two positions of one agent at the same time, an agent that exceeds the speed limit.
+# two positions of one agent at the same time unless `keep` selects one, an agent that exceeds the speed limit.
 
 
 LONG_GAP: Final = 3.0
@@ -166,17 +274,23 @@ Larger: gaps that are too long are kept. Smaller: rounding splits a track.
 
 
 def tracks_of(
-    rows: Rows, *, gap: float | None = None, max_speed: float | None = None, interpolation: str = "smooth"
+    rows: Rows,
+    *,
+    gap: float | None = None,
+    max_speed: float | None = None,
+    interpolation: str = "smooth",
+    keep: str | None = None,
 ) -> RecordedTracks:
     """Convert rows to tracks, one per agent and gap-free part.
 
     Args:
         gap: [s] split a track where its agent has no row for longer; never if None.
         max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; LARGEST if None.
+        keep: which of several rows of an agent at one time is read, "first" or "last" in the file; a mistake if None.
 
     Raises:
         InvalidFile: two positions at one time, a jump, an extent below 0 (all at once); no agent with two rows.
-        InvalidInput: `gap` or `max_speed` not above 0, an unknown interpolation.
+        InvalidInput: `gap` or `max_speed` not above 0, an unknown interpolation or `keep`.
     """
     longest = np.inf if gap is None else positive(gap, "gap")
     fastest = LARGEST if max_speed is None else positive(max_speed, "max_speed")
@@ -186,6 +300,12 @@ def tracks_of(
     if twice.size:
         owners = named(rows.labels[k] for k in rows.agents[twice])
         notes.append(f"{counted(twice.size, 'duplicate row')} of {owners} dropped: identical time and position")
+    if keep is not None:
+        order, dropped = _one_a_time(rows, order, known(keep, "keep", ["first", "last"]))
+        owners = named(rows.labels[k] for k in rows.agents[dropped])
+        notes += [
+            f"{counted(dropped.size, 'row')} of {owners} at the time of another row left out: the {keep} is kept"
+        ] * bool(dropped.size)
     agents = rows.agents[order]
     times = rows.times[order]
     positions = rows.positions[order]
@@ -214,7 +334,9 @@ def tracks_of(
     notes += [*splits, *varying]
     if single:
         notes.append(f"{counted(len(single), 'track')} with a single row left out: {named(single, 'id')}")
-    return RecordedTracks({label: tracks[label] for label in sorted(tracks, key=natural)}, tuple(notes), parts=parts)
+    return RecordedTracks(
+        {label: tracks[label] for label in sorted(tracks, key=natural)}, tuple(notes), parts=parts, walls=rows.walls
+    )
 
 
 def _below_zero(rows: Rows) -> Iterator[Mistake]:
@@ -244,14 +366,23 @@ def _sorted(rows: Rows) -> tuple[Indices, Indices]:
     return order[~twice], order[twice]
 
 
+def _one_a_time(rows: Rows, order: Indices, keep: str) -> tuple[Indices, Indices]:
+    """Return sorted row indices with the first or the last row of each agent and time, and the other ones."""
+    again = (np.diff(rows.agents[order]) == 0) & (np.diff(rows.times[order]) == 0)
+    dropped = np.concatenate([[False], again]) if keep == "first" else np.concatenate([again, [False]])
+    return order[~dropped], order[dropped]
+
+
 def _conflicts(rows: Rows, order: Indices, where: Array) -> Iterator[Mistake]:
     """Yield a mistake for each row with the agent and time of the row before but another position."""
+    count = counted(int(np.sum(where)), "such row")
     for k in np.flatnonzero(where):
         first, second = order[k], order[k + 1]
         yield (
             int(rows.lines[second]),
             f"expected one position of agent {rows.labels[rows.agents[second]]} at {rows.times[second]:g} s, found "
-            f"{_position(rows.positions[second])} and {_position(rows.positions[first])} at {_line(rows, first)}",
+            f"{_position(rows.positions[second])} and {_position(rows.positions[first])} at {_line(rows, first)} "
+            f"({count}; --keep first or --keep last reads one)",
         )
 
 

@@ -1,9 +1,10 @@
 """Tables of cells by column name with the line of each row, and readers of tracks and of polynomials."""
 
+import codecs
 import csv
-import io
 import re
 import stat
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import SHOWN, Array, shown
-from slalom.base.errors import InvalidFile, SlalomError, reason
+from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
 from slalom.base.tolerances import LARGEST
 from slalom.io.recorded import LINE_LOCATION, Mistake, Rows, first_of, refuse
 from slalom.kernels.arrays import Indices
@@ -22,6 +23,9 @@ from slalom.model.trajectory import PiecewisePolynomial, Sampled
 # ---------------------------------------------------------------------------------------------------------------------
 # Input files: regular files of bounded size, whose whole text is read at once.
 
+
+GZIP: Final = b"\x1f\x8b"
+"""First bytes of a file that gzip packed."""
 
 MAX_FILE_SIZE: Final = 1_000_000_000
 """[B] Size of a file that is read. Texts are read whole, and take up to about ten times as much memory.
@@ -53,9 +57,52 @@ _KINDS = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a pipe"), (stat.S_ISCHR, 
 
 
 def beginning_of(path: Path, count: int) -> bytes:
-    """Read the first `count` bytes of a file. Raises InvalidFile if that is not possible."""
+    """Read the first `count` bytes of a file, unpacked by gzip. Raises InvalidFile if that is not possible."""
     file_size(path, "file")
-    return _read(path, count, "file")
+    content = _read(path, count, "file")
+    return _unpacked(path, content, count) if content.startswith(GZIP) else content
+
+
+def decoded(path: Path, encoding: str | None = None) -> tuple[str, list[str]]:
+    """Return the text of a file, which gzip may have packed, and a note if it is assumed to be in Latin-1.
+
+    Args:
+        encoding: by default UTF-16 with a byte order mark, UTF-8, else Latin-1.
+
+    Raises:
+        InvalidFile: no such file, another encoding. InvalidInput: an unknown encoding.
+    """
+    content = _read(path, file_size(path), "text file")
+    if content.startswith(GZIP):
+        content = _unpacked(path, content, MAX_FILE_SIZE + 1)
+        if len(content) > MAX_FILE_SIZE:
+            raise InvalidFile([f"{path}: expected a text of at most {MAX_FILE_SIZE / 1e6:.0f} MB, found more"])
+    if (lines := content.count(b"\n")) > MAX_ROWS + 1:
+        raise InvalidFile([f"{path}: expected at most {MAX_ROWS} rows, found {lines} lines"])
+    marked = "utf-16" if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+    notes = []
+    try:
+        text = content.decode(encoding or marked)
+    except LookupError:
+        raise InvalidInput(f"encoding: expected a name such as latin-1 or utf-16, found {encoding!r}") from None
+    except UnicodeDecodeError as error:
+        if encoding or marked == "utf-16" or b"\0" in content:
+            raise InvalidFile([f"{path}: expected a readable text file, found {error}"]) from None
+        text = content.decode("latin-1")
+        notes = ["text not in UTF-8: read as Latin-1"]
+    return _with_newlines(text), notes
+
+
+def _with_newlines(text: str) -> str:
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+
+
+def _unpacked(path: Path, content: bytes, count: int) -> bytes:
+    """Return the first `count` bytes of what gzip packed."""
+    try:
+        return zlib.decompressobj(wbits=31).decompress(content, count)
+    except zlib.error as error:
+        raise InvalidFile([f"{path}: expected a file that gzip packed, found {error}"]) from None
 
 
 def text_of(path: Path, kind: str = "text file") -> str:
@@ -63,7 +110,7 @@ def text_of(path: Path, kind: str = "text file") -> str:
     # At most its size: some files of an operating system have size 0 and no end.
     content = _read(path, file_size(path, kind), kind)
     try:
-        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        return _with_newlines(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise InvalidFile([f"{path}: expected a readable {kind}, found {error}"]) from None
 
@@ -80,17 +127,17 @@ def _read(path: Path, count: int, kind: str) -> bytes:
 # Tables of cells by column name, with the line number of each row.
 
 
-MAX_ROWS: Final = 10_000_000
-"""[1] Rows of a recording. Each takes up to about a kilobyte of memory until it is part of a track.
+MAX_ROWS: Final = 4_000_000
+"""[1] Rows of a recording. A row of four cells takes 0.7 kB of memory until it is part of a track.
 
-Larger: a wrong file takes all memory. Smaller: large recordings are refused.
+Larger: reading takes more than 3 GB. Smaller: large recordings are refused.
 """
 
 
 EMPTY: Final = ("", "nan", "na", "null", "none")
 """Lower-case texts of cells without a value."""
 
-_WHOLE = re.compile(r"[+-]?\d{1,18}(\.0*)?")
+_DECIMAL = re.compile(r"[+-]?\d{1,18}\.\d{0,18}([eE][+-]?\d\d?)?")
 _EXACT = 2.0**53  # larger whole numbers are not exact as float
 
 
@@ -126,9 +173,7 @@ class Table:
             raise InvalidFile([f"{path}: expected rows, found none"])
         if len(rows) > MAX_ROWS:
             raise InvalidFile([f"{path}: expected at most {MAX_ROWS} rows, found more"])
-        width = len(self.names)
-        wrong = [(k, len(row)) for k, row in zip(self.lines.tolist(), rows) if len(row) != width]
-        refuse(path, [(line, f"expected {width} cells, found {found}") for line, found in wrong], location)
+        refuse_widths(path, len(self.names), rows, self.lines.tolist(), location)
 
     def cells(self, name: str) -> list[Any]:
         """Return the cells of a column."""
@@ -163,9 +208,9 @@ class Table:
         """Return columns of numbers as an array (n, d)."""
         return np.stack([self.numbers(name) for name in names], axis=1)
 
-    def extents(self, **columns: str) -> dict[str, Array]:
-        """Return columns of lengths (n,) [m] by quantity; missing columns are left out."""
-        return {quantity: self.numbers(name, empty=True) for quantity, name in columns.items() if name in self.names}
+    def extents(self, *names: str) -> dict[str, Array]:
+        """Return columns of lengths (n,) [m] by name; missing columns are left out."""
+        return {name: self.numbers(name, empty=True) for name in names if name in self.names}
 
     def texts(self, name: str) -> list[str]:
         """Return the column as texts, "" for cells without a value; an empty list if there is no such column."""
@@ -173,11 +218,13 @@ class Table:
             return []
         return ["" if (text := str(cell).strip()).lower() in EMPTY else text for cell in self.cells(name)]
 
-    def ids(self, name: str, *, whole: bool = False, literal: bool = False) -> tuple[list[str], Indices]:
+    def ids(self, name: str, *, whole: bool = False) -> tuple[list[str], Indices]:
         """Return the labels of a column and the index of each row's label (n,).
 
+        A whole number with a decimal point, such as 7.0, is written without it; other texts are kept, such as 007.
+
         Args:
-            whole: accept only whole numbers. literal: use the text unchanged, even if it is a number (0012).
+            whole: accept only whole numbers.
         """
         if whole:
             numbers = self.numbers(name, whole=True)
@@ -185,7 +232,7 @@ class Table:
             return [str(int(number)) for number in distinct], index.astype(np.int64)
         labels: dict[str, int] = {}
         index = np.empty(len(self.lines), dtype=np.int64)
-        label_of = {cell: _label(str(cell), literal) for cell in set(self.cells(name))}
+        label_of = {cell: _label(str(cell)) for cell in set(self.cells(name))}
         for k, cell in enumerate(self.cells(name)):
             label = label_of[cell]
             if not label:
@@ -232,6 +279,12 @@ class Table:
         )
 
 
+def refuse_widths(path: Path, width: int, rows: Sequence[Sequence[Any]], lines: Sequence[int], location: str) -> None:
+    """Raise InvalidFile for rows whose number of cells is not `width`."""
+    wrong = [(line, len(row)) for line, row in zip(lines, rows) if len(row) != width]
+    refuse(path, [(line, f"expected {width} cells, found {found}") for line, found in wrong], location)
+
+
 def _number(cell: Any) -> float:
     """Return the number in a cell, nan if it holds none."""
     try:
@@ -240,60 +293,18 @@ def _number(cell: Any) -> float:
         return float("nan")
 
 
-def _label(text: str, literal: bool) -> str:
+def _label(text: str) -> str:
     text = text.strip()
-    return str(int(text.split(".")[0])) if not literal and _WHOLE.fullmatch(text) else text
-
-
-def comma_table(path: Path, *needed: Sequence[str]) -> Table:
-    """Read a table of comma-separated cells (RFC 4180) below a header, with columns in any order.
-
-    Args:
-        needed: alternative sets of column names; the header must contain every name of one set exactly once.
-
-    Raises:
-        InvalidFile: no such file, a header that lacks a name, rows that do not match the header.
-    """
-    text = text_of(path)
-    reader = csv.reader(io.StringIO(text), strict=True)
-    rows = []
-    lines = []
-    line = 1
-    try:
-        for cells in reader:
-            if cells and (cells[0].strip() or any(map(str.strip, cells))):
-                rows.append(cells)
-                lines.append(line)
-            line = reader.line_num + 1
-    except csv.Error as error:
-        raise InvalidFile([f"{path}:{reader.line_num}: expected comma-separated cells, found {error}"]) from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    if not any(all(header.count(name) == 1 for name in names) for names in needed):
-        expected = ", or with ".join(",".join(names) for names in needed)
-        raise InvalidFile([f"{path}:1: expected a header with {expected}, found {','.join(header) or 'nothing'!r}"])
-    return Table(path, header, rows[1:], lines[1:], underscores="_" in text.partition("\n")[2])
-
-
-def spaced_rows(path: Path, comment: str = "#") -> tuple[list[list[str]], list[int], list[str]]:
-    """Read cells separated by white space; return the rows, their line numbers, and the comment lines."""
-    rows = []
-    lines = []
-    comments = []
-    for number, line in enumerate(text_of(path).split("\n"), start=1):
-        cells = line.split()
-        if cells and cells[0].startswith(comment):
-            comments.append(line.strip())
-        elif cells:
-            rows.append(cells)
-            lines.append(number)
-    return rows, lines, comments
+    if not _DECIMAL.fullmatch(text):
+        return text
+    value = _number(text)
+    return str(int(value)) if value == round(value) and abs(value) <= _EXACT else text
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Readers of recorded tracks: CSV with a header `t,id,x,y[,z]`, one row per agent and frame, SI units.
 #
-# `read_tracks` is strict: it repairs nothing. `csv_rows` reads the same format for `formats.read_recording`, which
-# repairs.
+# `read_tracks` is strict: it repairs nothing. `formats.read_recording` reads the same format, and repairs.
 
 
 COLUMNS = ("t", "id", "x", "y")
@@ -398,21 +409,6 @@ def _by_agent(path: Path, table: Array, numbers: Indices, interpolation: str) ->
     if mistakes:
         raise InvalidFile(first_of(path, mistakes))
     return tracks
-
-
-def csv_rows(path: Path) -> Rows:
-    """Read columns t, id, x, y and, if present, z, radius, length, width and kind, in any order.
-
-    An id may be any text.
-
-    Raises:
-        InvalidFile: an invalid header or cell.
-    """
-    table = comma_table(path, COLUMNS)
-    axes = [name for name in ("x", "y", "z") if name in table.names]
-    sizes = table.extents(radius="radius", length="length", width="width")
-    kinds = table.texts("kind")
-    return table.rows_of(table.ids("id"), table.numbers("t"), table.positions(*axes), extents=sizes, kinds=kinds)
 
 
 def window(tracks: Iterable[Sampled], start: float, end: float) -> list[Sampled]:

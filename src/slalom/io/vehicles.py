@@ -1,36 +1,41 @@
-"""Readers of recorded vehicles: cars in the plane, and ships and aircraft with positions on the globe."""
+"""Readers of recorded vehicles whose files are no single table: drone data sets, CommonRoad, SUMO and nuScenes."""
 
 import io
+import json
 import os
-import re
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
-from slalom.base.checks import Array, known, number, positive, vector
-from slalom.base.errors import InvalidFile, InvalidInput
-from slalom.io.recorded import Rows, counted, named, refuse
-from slalom.io.table import Table, comma_table, text_of
+from slalom.base.checks import positive
+from slalom.base.errors import InvalidFile
+from slalom.io.layout import EXTENTS, Layout, read_layout
+from slalom.io.recorded import RADII, Rows, counted, kind_of, named, refuse
+from slalom.io.sheet import comma_table
+from slalom.io.table import Table, beginning_of, file_size, text_of
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Readers of recorded road users in the plane: drone data sets (highD, inD, rounD, exiD, uniD) and INTERACTION.
+# Reader of drone data sets: highD, inD, rounD, exiD, uniD.
 
 
 CENTRES: Final = ("trackId", "frame", "xCenter", "yCenter")
 CORNERS: Final = ("id", "frame", "x", "y", "width", "height")
 """Columns of highD: corner of the bounding box with the smallest x and y, and its sides along x and y."""
 
-CASES: Final = ("track_id", "timestamp_ms", "x", "y")
-
 _SUFFIX = "_tracks.csv"
 _RATE = "_recordingMeta.csv"
 _CLASSES = "_tracksMeta.csv"
+
+_BY_CENTRE = Layout("frame=frame id=trackId x=xCenter y=yCenter length=length width=width", named=False)
+_BY_CORNER = Layout(
+    "frame=frame id=id x=x+0.5*width y=y+0.5*height length=width width=height",
+    named=False,
+    notes=("y points down, as in the file",),
+)
 
 
 def drone(path: Path, *, frame_rate: float | None = None) -> Rows:
@@ -45,21 +50,17 @@ def drone(path: Path, *, frame_rate: float | None = None) -> Rows:
     Raises:
         InvalidFile: invalid rows; no frame rate, or a stated one that differs from `frame_rate`.
     """
-    table = comma_table(path, CENTRES, CORNERS)
-    corners = "xCenter" not in table.names
+    centres = b"xCenter" in beginning_of(path, 4096)
     rate = _frame_rate(path, frame_rate)
-    id_column, *_ = CORNERS if corners else CENTRES
-    ids, times = table.ids(id_column, whole=True), table.numbers("frame", whole=True) / rate
-    if corners:
-        box = table.positions("width", "height")
-        positions = table.positions("x", "y") + 0.5 * box
-        extents, notes = {"length": box[:, 0], "width": box[:, 1]}, ["y points down, as in the file"]
-    else:
-        positions, notes = table.positions("xCenter", "yCenter"), []
-        extents = table.extents(length="length", width="width")
-    kinds = _kinds(path, id_column)
-    of_rows = [kinds.get(ids[0][k], "") for k in ids[1].tolist()] if kinds else []
-    return table.rows_of(ids, times, positions, extents=extents, kinds=of_rows, notes=notes)
+    rows = read_layout(_BY_CENTRE if centres else _BY_CORNER, path, frame_rate=rate)
+    kinds = _kinds(path, "trackId" if centres else "id")
+    return replace(rows, kinds=[kinds.get(rows.labels[k], "") for k in rows.agents.tolist()]) if kinds else rows
+
+
+def tracks_of_meta(path: Path) -> Path | None:
+    """Return the file of tracks to which a file of a drone data set belongs; None for any other file."""
+    suffix = next((suffix for suffix in (_RATE, _CLASSES) if path.name.endswith(suffix)), None)
+    return None if suffix is None else path.with_name(path.name.removesuffix(suffix) + _SUFFIX)
 
 
 def companions(path: Path) -> list[Path]:
@@ -87,7 +88,9 @@ def _frame_rate(path: Path, given: float | None) -> float:
     if len(stated) != 1 or stated[0] <= 0.0 or rate not in (None, stated[0]):
         expected = "one frameRate above 0" if rate is None else f"one frameRate of {rate:g} Hz, as given"
         where = meta or path.with_name(path.name.removesuffix(_SUFFIX) + _RATE)
-        raise InvalidFile([f"{where}: expected {expected}, found {', '.join(f'{x:g}' for x in stated) or 'none'}"])
+        found = ", ".join(f"{x:g}" for x in stated) or "none"
+        absent = "" if meta else ": the file does not exist, and no frame_rate was given"
+        raise InvalidFile([f"{where}: expected {expected}, found {found}{absent}"])
     return float(stated[0])
 
 
@@ -102,31 +105,6 @@ def _kinds(path: Path, id_column: str) -> dict[str, str]:
     return {labels[k]: kind for k, kind in zip(index.tolist(), table.texts("class"))}
 
 
-def interaction(path: Path, *, case: float | None = None) -> Rows:
-    """Read INTERACTION: track_id, timestamp_ms, x, y and, if present, agent_type, length, width.
-
-    Args:
-        case: case_id to read from a file of several cases (version 1.2), each of which has its own time.
-
-    Raises:
-        InvalidFile: invalid rows; several cases without `case`, or no rows of `case`.
-    """
-    table = comma_table(path, CASES)
-    chosen = None
-    if "case_id" in table.names:
-        cases = table.numbers("case_id")
-        refuse(path, table.mistakes)
-        chosen = cases == (cases[0] if case is None else case)
-        if not chosen.any() or (case is None and not chosen.all()):
-            expected = "one case, or the case to read" if case is None else f"case {case:g}"
-            found = f"{np.unique(cases).size} from {cases.min():g} to {cases.max():g}"
-            raise InvalidFile([f"{path}: case_id: expected {expected}, found {found}"])
-    times = table.numbers("timestamp_ms") / 1000.0
-    sizes, kinds = table.extents(length="length", width="width"), table.texts("agent_type")
-    positions = table.positions("x", "y")
-    return table.rows_of(table.ids("track_id"), times, positions, extents=sizes, kinds=kinds, keep=chosen)
-
-
 # ---------------------------------------------------------------------------------------------------------------------
 # Reader of the dynamic obstacles of CommonRoad scenarios, versions 2018b and 2020a, with exact states.
 #
@@ -135,16 +113,13 @@ def interaction(path: Path, *, case: float | None = None) -> Rows:
 
 
 VERSIONS: Final = ("2018b", "2020a")
-EXTENTS: Final = ("radius", "length", "width")
-
-_ZERO = re.compile(r"[+-]?(0+\.?0*|\.0+)")
 
 
 def commonroad(path: Path) -> Rows:
     """Read every dynamic obstacle with a trajectory; other obstacles are left out, with a note.
 
     Raises:
-        InvalidFile: no XML, another version, no time step, a state whose time or position is not exact.
+        InvalidFile: no XML, another version, no time step, a state without an exact time or a position.
     """
     root, lines = _parsed(path)
     version, interval = root.get("commonRoadVersion"), root.get("timeStepSize", "")
@@ -166,7 +141,7 @@ def commonroad(path: Path) -> Rows:
         path, ["id", "kind", *EXTENTS, "step", "x", "y"], obstacles.rows, (lines[state] for state in obstacles.states)
     )
     times = table.numbers("step", whole=True) * step
-    sizes = table.extents(**{name: name for name in EXTENTS})
+    sizes = table.extents(*EXTENTS)
     return table.rows_of(
         table.ids("id"),
         times,
@@ -208,9 +183,11 @@ class _ObstacleRows:
     rows: list[list[str]] = field(default_factory=list)
     states: list[ET.Element] = field(default_factory=list)
     mistakes: list[tuple[ET.Element, str]] = field(default_factory=list)
-    static: int = 0
+    static: list[str] = field(default_factory=list)
     without_trajectory: list[str] = field(default_factory=list)
     without_shape: list[str] = field(default_factory=list)
+    covered: list[str] = field(default_factory=list)
+    uncertain: list[str] = field(default_factory=list)
 
     def obstacle(self, element: ET.Element) -> None:
         """Add one child of the root if it is an obstacle."""
@@ -222,55 +199,82 @@ class _ObstacleRows:
             return
         name, trajectory = element.get("id", ""), element.find("trajectory")
         if role != "dynamic":
-            self.static += 1
+            self.static.append(name)
         elif trajectory is None:
             self.without_trajectory.append(name)
         else:
-            sizes = _extents(element.find("shape"))
-            if sizes is None:
-                self.without_shape.append(name)
-            head = [name, element.findtext("type", "").strip(), *(sizes or ("", "", ""))]
+            sizes = self._extents(name, element.find("shape"))
             for state in (*element.findall("initialState"), *trajectory.findall("state")):
-                self.state(head, state)
+                self.state([name, element.findtext("type", "").strip(), *sizes], state)
+
+    def _extents(self, name: str, shape: ET.Element | None) -> tuple[str, str, str]:
+        """Return the texts of radius, length and width: of the shape, or of a disc that covers it; "" if unknown."""
+        parts = [] if shape is None else list(shape)
+        if len(parts) == 1 and parts[0].tag in ("rectangle", "circle") and not np.any(_transform(parts[0])):
+            radius, length, width = (parts[0].findtext(size, "") for size in EXTENTS)
+            return radius, length, width
+        reach = max(map(_reach, parts), default=np.nan)
+        if not np.isfinite(reach):
+            self.without_shape.append(name)
+            return "", "", ""
+        self.covered.append(name)
+        return repr(reach), "", ""
 
     def state(self, head: list[str], state: ET.Element) -> None:
-        """Add the row of one state: time step and position."""
-        cells = [state.findtext(at) for at in ("time/exact", "position/point/x", "position/point/y")]
+        """Add the row of one state: time step and position, the centre of a region."""
+        region = state.find("position/*/center")
+        point = state.find("position/point") if region is None else region
+        cells = [state.findtext("time/exact"), *(None if point is None else point.findtext(axis) for axis in "xy")]
         if None in cells:
             self.mistakes.append(
-                (state, f"expected an exact time and position of obstacle {head[0]}, found {_tags(state)}")
+                (state, f"expected an exact time and a position of obstacle {head[0]}, found {_tags(state)}")
             )
         else:
+            self.uncertain += [] if region is None else [head[0]]
             self.rows.append([*head, *(cell or "" for cell in cells)])
             self.states.append(state)
 
     def notes(self) -> list[str]:
         """Return one note for each kind of omission."""
-        notes = []
-        if self.static:
-            notes.append(f"{counted(self.static, 'obstacle')} left out: not dynamic")
-        if self.without_trajectory:
-            notes.append(
-                f"{counted(len(self.without_trajectory), 'obstacle')} without a trajectory left out: "
-                f"{named(self.without_trajectory, 'id')}"
-            )
+        left_out = ((self.static, "left out: not dynamic"), (self.without_trajectory, "without a trajectory left out"))
+        notes = [f"{counted(len(ids), 'obstacle')} {what}: {named(ids, 'id')}" for ids, what in left_out if ids]
         if self.without_shape:
+            notes.append(f"shape of {named(self.without_shape, 'obstacle')} unknown")
+        if self.covered:
+            notes.append(f"shape of {named(self.covered, 'obstacle')} covered by a disc about the position")
+        if self.uncertain:
+            ids = named(self.uncertain, "obstacle")
             notes.append(
-                f"shape of {named(self.without_shape, 'obstacle')} unknown: neither one rectangle nor one circle"
+                f"{counted(len(self.uncertain), 'position')} of {ids} uncertain: the centres of the regions are read"
             )
         return notes
 
 
-def _extents(shape: ET.Element | None) -> tuple[str, str, str] | None:
-    """Return the texts of radius, length and width; None unless the shape is one centred rectangle or circle."""
-    parts = [] if shape is None else list(shape)
-    if len(parts) != 1 or parts[0].tag not in ("rectangle", "circle"):
-        return None
-    transforms = (element.text or "" for element in parts[0].iter() if element.tag in ("x", "y", "orientation"))
-    if any(not _ZERO.fullmatch(text.strip()) for text in transforms):
-        return None
-    radius, length, width = (parts[0].findtext(name, "") for name in EXTENTS)
-    return radius, length, width
+def _transform(part: ET.Element) -> tuple[float, float, float]:
+    """Return the centre x, y [m] and the orientation [rad] of a part of a shape; nan for what is no number."""
+    x, y, angle = (_value(part.findtext(at, "0")) for at in ("center/x", "center/y", "orientation"))
+    return x, y, angle
+
+
+def _reach(part: ET.Element) -> float:
+    """Return the largest distance [m] of a part of a shape from the position of its obstacle; nan if unknown."""
+    x, y, angle = _transform(part)
+    if part.tag == "circle":
+        return float(np.hypot(x, y)) + _value(part.findtext("radius", ""))
+    if part.tag == "polygon":
+        corners = [complex(_value(p.findtext("x", "")), _value(p.findtext("y", ""))) for p in part.findall("point")]
+    else:
+        length, width = (0.5 * _value(part.findtext(size, "")) for size in ("length", "width"))
+        turned = complex(np.cos(angle), np.sin(angle))
+        corners = [complex(x, y) + turned * complex(a * length, b * width) for a in (-1, 1) for b in (-1, 1)]
+    return float(np.max(np.abs(corners))) if corners else np.nan
+
+
+def _value(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return np.nan
 
 
 def _tags(state: ET.Element) -> str:
@@ -280,198 +284,84 @@ def _tags(state: ET.Element) -> str:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Readers of ships (AIS) and aircraft (ADS-B): latitude and longitude, projected to metres east, north and up.
-#
-# With WGS 84, a = 6378137 m, f = 1 / 298.257223563, e^2 = f (2 - f), the geocentric position of latitude p, longitude
-# l and height h is
-#
-#     N = a / sqrt(1 - e^2 sin^2 p)
-#     X = (N + h) cos p cos l,  Y = (N + h) cos p sin l,  Z = (N (1 - e^2) + h) sin p
-#
-# and, with the differences D from the geocentric position of the origin (p0, l0, h0),
-#
-#     east  = -sin l0 DX + cos l0 DY
-#     north = -sin p0 (cos l0 DX + sin l0 DY) + cos p0 DZ
-#     up    =  cos p0 (cos l0 DX + sin l0 DY) + sin p0 DZ
-#
-# (NIMA TR8350.2, 3rd edition). Distances in space are preserved. Take a point on the ground at distance d from the
-# origin. In the plane it is closer by about (d / R)^2 / 6 of d (4 mm at 10 km). It lies d^2 / 2R below the plane (7.8
-# m at 10 km).
+# Readers of the output of SUMO and of the annotations of nuScenes.
 
 
-AXIS: Final = 6378137.0
-ECCENTRICITY_SQUARED: Final = (2.0 - 1.0 / 298.257223563) / 298.257223563
-
-COLUMNS: Final[Mapping[str, tuple[str, ...]]] = {
-    "time": ("basedatetime", "base_date_time", "date_time_utc", "timestamp", "datetime", "time", "t"),
-    "id": ("mmsi", "icao24", "icao", "hex", "id"),
-    "latitude": ("latitude", "lat"),
-    "longitude": ("longitude", "lon", "lng", "long"),
-    "altitude": ("geoaltitude", "geo_altitude", "altitude", "baroaltitude", "baro_altitude", "alt"),
-    "length": ("length",),
-    "width": ("width",),
-    "kind": ("vesseltype", "vessel_type", "ship type", "category"),
-}
-"""Lower-case names of the columns of each field; the first one that a header contains is used."""
-
-UNKNOWN_POSITION: Final = (91.0, 181.0)
-"""[degree] Latitude and longitude that AIS transmits for an unknown position (ITU-R M.1371)."""
-
-
-def project(
-    latitude: npt.ArrayLike, longitude: npt.ArrayLike, altitude: npt.ArrayLike, origin: Sequence[float]
-) -> Array:
-    """Project latitude and longitude [degree] and altitude [m] to east, north and up (..., 3) [m].
-
-    Args:
-        origin: latitude, longitude [degree] and, 0 by default, altitude [m].
-    """
-    lat0, lon0, h0 = (*origin, 0.0)[:3]
-    east, north = np.radians(lon0), np.radians(lat0)
-    dx, dy, dz = np.moveaxis(_geocentric(latitude, longitude, altitude) - _geocentric(lat0, lon0, h0), -1, 0)
-    horizontal = np.cos(east) * dx + np.sin(east) * dy
-    return np.stack(
-        [
-            np.cos(east) * dy - np.sin(east) * dx,
-            np.cos(north) * dz - np.sin(north) * horizontal,
-            np.cos(north) * horizontal + np.sin(north) * dz,
-        ],
-        axis=-1,
-    )
-
-
-def _geocentric(latitude: npt.ArrayLike, longitude: npt.ArrayLike, altitude: npt.ArrayLike) -> Array:
-    """Return geocentric X, Y, Z (..., 3) [m] of latitude and longitude [degree] and altitude [m]."""
-    p = np.radians(latitude)
-    q = np.radians(longitude)
-    h = np.asarray(altitude, dtype=np.float64)
-    normal = AXIS / np.sqrt(1.0 - ECCENTRICITY_SQUARED * np.sin(p) ** 2)
-    horizontal = (normal + h) * np.cos(p)
-    return np.stack(
-        [horizontal * np.cos(q), horizontal * np.sin(q), (normal * (1.0 - ECCENTRICITY_SQUARED) + h) * np.sin(p)],
-        axis=-1,
-    )
-
-
-def ais(
-    path: Path,
-    *,
-    columns: Mapping[str, str | None] | None = None,
-    origin: Sequence[float] | None = None,
-    epoch: float | str | None = None,
-) -> Rows:
-    """Read ships in the plane: east and north [m]. As `adsb`, but without altitude unless `columns` names one."""
-    return adsb(path, columns={"altitude": None, **(columns or {})}, origin=origin, epoch=epoch)
-
-
-def adsb(
-    path: Path,
-    *,
-    columns: Mapping[str, str | None] | None = None,
-    origin: Sequence[float] | None = None,
-    epoch: float | str | None = None,
-    altitude_unit: float = 1.0,
-) -> Rows:
-    """Read aircraft, in space if the table has an altitude: time, id, latitude and longitude [degree] below a header.
-
-    Length and width [m] and kind are read if such columns exist. Rows without a position are left out, with a note.
-
-    Args:
-        columns: column name of a field (a key of COLUMNS); None to ignore that field. Fields that are not given are
-            found by their usual names.
-        origin: latitude, longitude [degree] and, 0 by default, altitude [m]; the mean position if None, with a note.
-        epoch: time 0, in seconds or in ISO 8601; the first time of the file if None, with a note. Times are in
-            seconds, or in ISO 8601 if the first one is; times without a zone are UTC.
-        altitude_unit: [m] unit of the altitude column, 0.3048 for feet.
+def sumo(path: Path) -> Rows:
+    """Read SUMO's output fcd-export: vehicles and persons by time step, in s and m.
 
     Raises:
-        InvalidFile: invalid rows, a latitude beyond 90 or a longitude beyond 180 degrees.
-        InvalidInput: invalid settings.
+        InvalidFile: no XML, no fcd-export, cells that are not numbers.
     """
-    zero = None if epoch is None else _epoch(epoch)
-    start = None if origin is None else _origin(origin)
-    names, table = _columns(path, columns or {})
-    stamps, in_words = _times(table, names["time"])
-    ids = table.ids(names["id"], literal=True)
-    lat, lon = (table.numbers(names[field], empty=True) for field in ("latitude", "longitude"))
-    height, metres = names.get("altitude"), positive(altitude_unit, "altitude_unit")
-    alt = table.numbers(height, empty=True) * metres if height else np.zeros(len(lat))
-    valid = ~np.isnan(lat + lon + alt) & (lat != UNKNOWN_POSITION[0]) & (lon != UNKNOWN_POSITION[1])
-    for column, values, limit in (("latitude", lat, 90.0), ("longitude", lon, 180.0)):
-        for k in np.flatnonzero(valid & (np.abs(values) > limit)):
-            table.wrong(k, names[column], f"expected from -{limit:g} to {limit:g} degrees, found {values[k]:g}")
-    refuse(path, table.mistakes)
-    if not valid.any():
-        raise InvalidFile([f"{path}: expected rows with a position, found none"])
-    left, notes = int(np.sum(~valid)), []
-    if left:
-        notes.append(f"{counted(left, 'row')} without a position left out")
-    if start is None:
-        start = _mean_position(lat[valid], lon[valid])
-        notes.append(f"origin at the mean position: latitude {start[0]!r}, longitude {start[1]!r}")
-    if zero is None:
-        zero = float(stamps[valid].min())
-        notes.append(f"time 0 at the first time: {datetime.fromtimestamp(zero, UTC).isoformat() if in_words else zero}")
-    positions = project(lat, lon, alt, start)[:, : 3 if height else 2]
-    sizes = table.extents(**{field: names[field] for field in ("length", "width") if field in names})
-    kinds = table.texts(names.get("kind", ""))
-    return table.rows_of(ids, stamps - zero, positions, extents=sizes, kinds=kinds, notes=notes, keep=valid)
+    root, lines = _parsed(path)
+    if root.tag != "fcd-export":
+        raise InvalidFile([f"{path}: expected an fcd-export, found {root.tag}"])
+    rows, numbers = list[list[str]](), list[int]()
+    for step in root.iterfind("timestep"):
+        for agent in step:
+            kind = "pedestrian" if agent.tag == "person" else agent.get("type", "")
+            kind = kind if kind_of(kind) in RADII else "car"
+            rows.append([step.get("time", ""), *(agent.get(name, "") for name in ("id", "x", "y")), kind])
+            numbers.append(lines[agent])
+    table = Table(path, ["t", "id", "x", "y", "kind"], rows, numbers)
+    notes = ["position of a vehicle: the centre of its front bumper"]
+    return table.rows_of(
+        table.ids("id"), table.numbers("t"), table.positions("x", "y"), kinds=table.texts("kind"), notes=notes
+    )
 
 
-def _columns(path: Path, given: Mapping[str, str | None]) -> tuple[dict[str, str], Table]:
-    """Read the table; return the column name of each field that exists, and the table."""
-    for key in given:
-        known(key, "columns", list(COLUMNS))
-    table = comma_table(path, [name for name in given.values() if name is not None])
-    name_of = {name.lower(): name for name in reversed(table.names)}
-    usual = {
-        field: next((name_of[name] for name in names if name in name_of), None) for field, names in COLUMNS.items()
-    }
-    names = {field: name for field, name in {**usual, **given}.items() if name is not None}
-    missing = [field for field in ("time", "id", "latitude", "longitude") if field not in names]
-    if missing:
-        expected, found = ", ".join(missing), ",".join(table.names)
-        raise InvalidFile([f"{path}:1: expected columns of {expected}, or their names in columns, found {found!r}"])
-    return names, table
+def nuscenes(path: Path) -> Rows:
+    """Read sample_annotation.json of nuScenes with sample.json, instance.json and category.json beside it.
 
-
-def _mean_position(latitude: Array, longitude: Array) -> tuple[float, float]:
-    """Return the mean position [degree]; longitudes are averaged as offsets within +-180 degrees of the first."""
-    offset = (longitude - longitude[0] + 180.0) % 360.0 - 180.0
-    return float(np.mean(latitude)), float(longitude[0] + np.mean(offset))
-
-
-def _times(table: Table, name: str) -> tuple[Array, bool]:
-    """Return the column in seconds, since 1970 if it is in ISO 8601, and whether it is in ISO 8601."""
-    cells = table.texts(name)
+    Raises:
+        InvalidFile: a missing table, a table of another kind.
+    """
+    file_size(path)
+    others = [path.with_name(f"{name}.json") for name in ("sample", "instance", "category")]
+    absent = [other.name for other in others if not other.is_file()]
+    if absent:
+        raise InvalidFile([f"{path}: expected the other tables of nuScenes beside it, found no {', '.join(absent)}"])
+    samples, instances, categories = (_by_token(other, _records(other)) for other in others)
+    records = _records(path)
     try:
-        float(cells[0])
-    except ValueError:
-        stamps = np.zeros(len(cells))
-        for k, cell in enumerate(cells):
-            try:
-                stamps[k] = _unix(cell)
-            except ValueError:
-                table.wrong(k, name, f"expected a time in ISO 8601 or in seconds, found {cell!r}")
-        return stamps, True
-    return table.numbers(name), False
+        rows = [
+            [
+                samples[record["sample_token"]]["timestamp"],
+                record["instance_token"],
+                *record["translation"][:2],
+                *record["size"][:2],
+                categories[instances[record["instance_token"]]["category_token"]]["name"],
+            ]
+            for record in records
+        ]
+    except (KeyError, TypeError, IndexError) as error:
+        raise InvalidFile([f"{path}: expected records of nuScenes, found none of {error}"]) from None
+    location = "{path}: record {line}"
+    table = Table(
+        path, ["timestamp", "id", "x", "y", "width", "length", "kind"], rows, range(1, len(rows) + 1), location
+    )
+    parts = [text.split(".") for text in table.texts("kind")]
+    kinds = ["pedestrian" if words[0] == "human" else words[min(1, len(words) - 1)] for words in parts]
+    times = table.numbers("timestamp")
+    first = float(np.nanmin(times))
+    notes = [f"time 0 at the first time: {1e-6 * first!r}"]
+    sizes = table.extents("width", "length")
+    positions = table.positions("x", "y")
+    return table.rows_of(table.ids("id"), 1e-6 * (times - first), positions, extents=sizes, kinds=kinds, notes=notes)
 
 
-def _unix(text: str) -> float:
-    """Convert a time in ISO 8601 to seconds since 1970. Raises ValueError for any other text."""
-    time = datetime.fromisoformat(text)
-    return (time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp()
-
-
-def _epoch(value: float | str) -> float:
+def _records(path: Path) -> list[Any]:
     try:
-        return _unix(value) if isinstance(value, str) else number(value, "epoch")
-    except ValueError as error:
-        raise InvalidInput(f"epoch: expected seconds or a time in ISO 8601, found {value!r}") from error
+        found = json.loads(text_of(path))
+    except (ValueError, RecursionError) as error:
+        raise InvalidFile([f"{path}: expected JSON, found {error}"]) from None
+    if not isinstance(found, list):
+        raise InvalidFile([f"{path}: expected a list of records, found {type(found).__name__}"])
+    return found
 
 
-def _origin(value: Sequence[float]) -> tuple[float, ...]:
-    origin = tuple(vector(value, "origin").tolist())
-    if abs(origin[0]) > 90.0 or abs(origin[1]) > 180.0:
-        raise InvalidInput(f"origin: expected a latitude and a longitude in degrees, found {origin}")
-    return origin
+def _by_token(path: Path, records: Iterable[Any]) -> dict[str, Any]:
+    try:
+        return {record["token"]: record for record in records}
+    except (KeyError, TypeError):
+        raise InvalidFile([f"{path}: expected records with a token, found others"]) from None

@@ -433,6 +433,12 @@ class Circular(Endless):
 
 INTERPOLATIONS: Final = ("linear", "smooth")
 
+LONG_PIECE: Final = 10.0
+"""[1] A smooth piece that is longer than this many times the shorter one beside it is straight.
+
+Larger: the velocity before a gap carries the position far past its last stamp. Smaller: the velocity jumps more often.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
@@ -440,7 +446,8 @@ class Sampled:
 
     Between stamps the position is `linear` (the velocity jumps at every stamp) or `smooth`. Smooth pieces are cubic;
     the velocity at each stamp is that of the parabola through it and its two neighbours. Quadratic motion is thus
-    exact, and an outlier affects at most two stamps on either side. Stamps may be irregular.
+    exact, and an outlier affects at most two stamps on either side. Stamps may be irregular; over a gap, a piece longer
+    than LONG_PIECE times the shorter one beside it, the position is linear.
 
     Args:
         times: (n,) [s], n >= 2, increasing.
@@ -497,8 +504,13 @@ class Sampled:
         p0, p3 = self.positions[:-1], self.positions[1:]
         if self.interpolation == "linear":
             return np.stack([p0, (2 * p0 + p3) / 3, (p0 + 2 * p3) / 3, p3], axis=1)
-        third = (np.diff(self.times) / 3)[:, None]
-        return np.stack([p0, p0 + third * self._slopes[:-1], p3 - third * self._slopes[1:], p3], axis=1)
+        h = np.diff(self.times)
+        third = (h / 3)[:, None]
+        beside = np.minimum(np.append(np.inf, h[:-1]), np.append(h[1:], np.inf))
+        straight = (h > LONG_PIECE * beside)[:, None]
+        p1 = np.where(straight, (2 * p0 + p3) / 3, p0 + third * self._slopes[:-1])
+        p2 = np.where(straight, (p0 + 2 * p3) / 3, p3 - third * self._slopes[1:])
+        return np.stack([p0, p1, p2, p3], axis=1)
 
     def _local(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """Control points (..., 4, d) of the piece at each time, its duration [s], and the local time in [0, 1]."""

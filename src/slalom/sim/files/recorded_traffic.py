@@ -12,42 +12,14 @@ from slalom.base.checks import number, positive, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.io.formats import FORMATS, read_recording
-from slalom.io.recorded import Agent, RecordedTracks, named
+from slalom.io.recorded import DEFAULT_KINDS, RADII, Agent, RecordedTracks, counted, kind_of, named
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
-from slalom.model.shape import round_shape
+from slalom.model.shape import Polyline, round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.sim.scenario import Robot, Scenario
-
-DEFAULT_KINDS: Final[Mapping[int, str]] = {2: "pedestrian", 3: "drone"}
-"""Kind of an agent without a kind in the file or the format, by the dimension of its track."""
-
-RADII: Final[Mapping[str, float]] = {
-    "pedestrian": 0.25,
-    "bicycle": 0.95,
-    "motorcycle": 1.2,
-    "car": 2.4,
-    "van": 3.0,
-    "truck": 6.2,
-    "bus": 6.2,
-    "ship": 50.0,
-    "aircraft": 30.0,
-    "drone": 0.3,
-}
-"""[m] Radius of an agent without a size, by kind: half the diagonal of a common one, 4.5 x 1.8 m for a car."""
-
-KIND_ALIASES: Final[Mapping[str, str]] = {
-    "pedestrian/bicycle": "bicycle",
-    "bicyclist": "bicycle",
-    "truck_bus": "bus",
-    "taxi": "car",
-    "priorityvehicle": "car",
-    "parkedvehicle": "car",
-    "trailer": "truck",
-}
-"""Kinds of RADII by other words of files."""
 
 MAX_DURATION: Final = 60.0
 """[s] Duration of a run, unless the recording ends before. It is the default of every scenario."""
@@ -100,7 +72,12 @@ def read_recorded(path: Path | str, selection: AgentSelection | None = None, **r
     radii, notes = _radii(agents, FORMATS[tracks.format].agents, selection.radius)
     d = next(iter(tracks.agents.values())).trajectory.dimension
     obstacles = [Obstacle(round_shape(radii[k], d), agent.trajectory, f"agent {k}") for k, agent in agents.items()]
-    noted = tuple(f"{path.name}: {note}" for note in (*tracks.notes, *notes))
+    if tracks.walls:
+        obstacles += [
+            Obstacle(Polyline(wall), Stationary((0.0, 0.0)), f"wall {k}") for k, wall in enumerate(tracks.walls)
+        ]
+        notes.append(f"{counted(len(tracks.walls), 'wall')}: the borders of the walkable area")
+    noted = tuple(f"{path.name}: {note}" for note in (tracks.summary(), *tracks.notes, *notes))
     return Recorded(path.stem, tuple(obstacles), (float(spans[:, 0].min()), float(spans[:, 1].max())), d, noted)
 
 
@@ -134,7 +111,7 @@ def _radii(agents: Mapping[str, Agent], kind: str, given: float | None) -> tuple
         elif agent.length is not None and agent.width is not None:
             radii[label] = 0.5 * float(np.hypot(agent.length, agent.width))
         else:
-            found = _kind(agent.kind, kind or DEFAULT_KINDS[agent.trajectory.dimension])
+            found = _kind(label, agent.kind, kind or DEFAULT_KINDS[agent.trajectory.dimension])
             radii[label] = max(RADII[found], 0.5 * (agent.length or agent.width or 0.0))
             assumed.setdefault((found, radii[label]), []).append(label)
     notes = [f"size of {named(ids)} not known: radius {r:g} m, as of a {word}" for (word, r), ids in assumed.items()]
@@ -144,11 +121,15 @@ def _radii(agents: Mapping[str, Agent], kind: str, given: float | None) -> tuple
     return radii, notes
 
 
-def _kind(written: str, default: str) -> str:
-    """Return a kind of RADII: the one that the file names, or the default."""
-    word = written.strip().lower()
-    word = KIND_ALIASES.get(word, word)
-    return word if word in RADII else default
+def _kind(label: str, written: str, default: str) -> str:
+    """Return a kind of RADII: the one that the file names, or the default if it names none.
+
+    Kinds of ships and aircraft are codes of their own. Raises InvalidInput for another word.
+    """
+    word = kind_of(written) or default
+    if word in RADII or default in ("ship", "aircraft"):
+        return word if word in RADII else default
+    raise InvalidInput(f"agent {label}: expected a kind of {', '.join(RADII)}, or --agent-radius; found {written!r}")
 
 
 def crossing(

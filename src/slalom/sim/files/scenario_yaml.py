@@ -298,7 +298,7 @@ class _Parts(Mistakes):
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:
         """Return the agents of a recording of the robot's dimension; None with a mistake."""
         file, given = self.path.parent / spec.file, spec.of_format()
-        name = self.attempt(("recording", "file"), lambda: spec.format or formats.format_of(file))
+        name = self.attempt(("recording", "file"), lambda: spec.format or formats.format_of(file, bool(spec.columns)))
         if name is None:
             return None
         settings = formats.reader_settings(name)
@@ -316,6 +316,7 @@ class _Parts(Mistakes):
                 gap=spec.gap,
                 max_speed=spec.jump_speed,
                 interpolation=spec.interpolation,
+                keep=spec.keep,
                 **given,
             )
         except InvalidFile as error:

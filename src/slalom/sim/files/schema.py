@@ -77,7 +77,10 @@ class RecordingSpec(Model):
     gap: Positive | None = None
     jump_speed: Positive | None = None
     frame_rate: Positive | None = None
-    unit: Literal["m", "cm"] | None = None
+    unit: Text | None = None
+    time_unit: Text | None = None
+    keep: Literal["first", "last"] | None = None
+    encoding: Text | None = None
     case: FiniteFloat | None = None
     columns: dict[str, str | None] | None = None
     origin: Vector | None = None
@@ -101,11 +104,10 @@ class RecordingSpec(Model):
 
     def of_format(self) -> dict[str, Any]:
         """Return the given settings of a reader, by name."""
-        names = ("frame_rate", "unit", "case", "columns", "origin", "epoch", "altitude_unit")
-        given = {name: value for name in names if (value := getattr(self, name)) is not None}
-        if self.epoch is not None:
-            given["epoch"] = number_or_text(self.epoch)
-        return given
+        names = ("frame_rate", "time_unit", "encoding", "case", "columns", "origin", "altitude_unit")
+        given = {name: getattr(self, name) for name in names}
+        given |= {name: text and number_or_text(text) for name in ("epoch", "unit") if (text := getattr(self, name))}
+        return {name: value for name, value in given.items() if value is not None}
 
 
 def number_or_text(text: str) -> float | str:
