@@ -64,6 +64,7 @@ class Proposal(NamedTuple):
     until: float | None = None
     way: Following | None = None
     outcome: Outcome = Outcome.CONTINUED
+    held: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -94,6 +95,7 @@ class VehicleDecision(Decision):
     goal: Goal | None
     way: Following | None
     no_way: WayFound | None
+    held: bool = False
 
     @property
     def commitment(self) -> Commitment:

@@ -234,9 +234,9 @@ class DifferentialDrive(Vehicle):
     @property
     def holds(self) -> list[tuple[float, float]]:
         speed = self.limits.max_speed
-        ways = [(share * speed, side) for share in HELD_SPEEDS for side in (1.0, -1.0)]
-        turns = [turn * self._turn_rate for turn in both_sides(HELD_TURNS)]
-        return [(v * side, turn) for v, side in ways for turn in turns] + [(0.0, turn) for turn in turns[1:]]
+        most = min(2.0, self._turn_rate)
+        turns = [turn * most for turn in both_sides((0.0, 0.1, 0.25, 0.5, 1.0))]
+        return [(v * speed, turn) for v in (1.0, 0.7, 0.4, 0.2, 0.0, -0.3, -1.0) for turn in turns]
 
     @property
     def limits(self) -> Limits:

@@ -28,7 +28,7 @@ from slalom.model.shape import Capsule, Disc, Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
-from slalom.obstacle.window import Obstacles
+from slalom.obstacle.window import Obstacles, listed
 from slalom.vehicle.curves import Way, ends
 from slalom.vehicle.decision import Moment, Proposal, VehicleDecision
 from slalom.vehicle.estimate import PERSISTS, estimated
@@ -96,7 +96,7 @@ PARTS: Final = 2
 More: longer decisions. Fewer: 16 times the error for half of the parts.
 """
 
-HELD_FOR: Final = (0.1, 0.25, 0.5)
+HELD_FOR: Final = (0.04, 0.1, 0.2, 0.35, 0.5)
 """[1] Shares of the horizon for which a vehicle holds a speed and a turn where no plan is clear.
 
 More and longer ones: ways out of narrower places. Fewer: quicker decisions.
@@ -268,6 +268,7 @@ class VehicleNavigator(SharedSettings):
     ) -> Moment:
         """The inputs at the time at which the decision acts."""
         acts = now + self.vehicle.delay
+        obstacles = [one.passive() if isinstance(one, Tracks) else one for one in listed(obstacles)]
         before = None if previous is None else previous.track
         track = estimated(self.vehicle, pose.motion, now - delay, acts, before, self.horizon)
         pose = pose_of(track[-1, 1:])
@@ -289,10 +290,20 @@ class VehicleNavigator(SharedSettings):
         target = self._target(moment)
         stays = found == np.inf and best.plan is not None and self._stays(moment, best.plan)
         if stays and (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
-            return self._decided(moment, away, np.inf, Outcome.CONSTRAINED, no_way)
+            return self._decided(moment, away, np.inf, self._passive(moment, away, keep), no_way)
         least = np.inf if found < np.inf else self._improvement(moment, best, target)
-        if least > -np.inf and (held := self._held(moment, keep, target, least, moves=False)) is not None:
-            return self._decided(moment, held, np.inf, Outcome.CONSTRAINED, no_way)
+        if least > -np.inf:
+            goes_on = None
+            if moment.previous is not None and moment.previous.held:
+                goes_on = self._going_on(moment, moment.previous)
+                if self._contact(moment, goes_on.motions, keep) == np.inf:
+                    free = self.horizon * self.vehicle.limits.max_speed
+                    least = min(least, self._cost(goes_on.motions[-1:], target) - GAIN * free)
+                else:
+                    goes_on = None
+            held = self._held(moment, keep, target, least, moves=False) or goes_on
+            if held is not None:
+                return self._decided(moment, held._replace(held=True), np.inf, self._passive(moment, held, keep), no_way)
         if found < np.inf:
             return self._decided(moment, best, found, Outcome.DELAYED, no_way)
         safe = best.plan is not None and best.plan.safe and best.manoeuvre is best.plan.manoeuvre
@@ -433,49 +444,42 @@ class VehicleNavigator(SharedSettings):
         """The motion that follows the previous manoeuvre further."""
         return self._planned(moment, previous.manoeuvre)._replace(plan=previous.plan, until=previous.until)
 
+    def _passive(self, moment: Moment, one: Proposal, keep: Array) -> Outcome:
+        each = moment.bodies.each.copy()
+        each["at_rest"] = True
+        bodies = moment.bodies._replace(each=each)
+        lasts = self._contact(moment._replace(bodies=bodies), one.motions, keep) == np.inf
+        return Outcome.CONSTRAINED if lasts else Outcome.STOPPING
+
+    @cached_property
+    def _window(self) -> Array:
+        """What is held (n, 3): speed [m/s], turn, number of periods."""
+        periods = [max(1, round(share * self._periods)) for share in HELD_FOR]
+        return np.array([(v, turn, n) for n in periods for v, turn in self.vehicle.holds], np.float64)
+
     def _held(self, moment: Moment, keep: Array, target: Array, least: float, moves: bool) -> Proposal | None:
-        """The clear motion that holds a speed and a turn, and ends nearest to the target (2,) [m]; None: there is none.
+        """The clear motion that holds a speed and a turn, brakes, and ends nearest to the target; None: there is none.
 
         least: [m] cost below which it has to be. moves: only motions that lead away from here.
         """
-        best: Proposal | None = None
-        for share in HELD_FOR:
-            periods = max(1, round(share * self.horizon / self.period))
-            for speed, turn in self.vehicle.holds:
-                motions = kernels.held(self.vehicle.wheels, moment.pose.motion, speed, turn, periods, self._periods)
-                cost = self._cost(motions, target)
-                if cost >= least or (moves and hypot(*(motions[-1, :2] - moment.pose.position)) < self.vehicle.lever):
-                    continue
-                if self._contact(moment, motions, keep) == np.inf:
-                    manoeuvre, until = (
-                        manoeuvre_of(self.vehicle, motions, moment.now),
-                        moment.now + HELD_FOR[0] * self.horizon,
-                    )
-                    best, least = Proposal(motions, manoeuvre, None, until), cost
-        return best
+        wheels, start = self.vehicle.wheels, moment.pose.motion
+        ends = kernels.window_ends(wheels, start, self._window, self._periods)
+        costs = np.array([self._cost(ends[k:k+1], target) for k in range(len(ends))])
+        some = costs < least
+        if moves:
+            some &= np.hypot(*(ends[:, :2] - moment.pose.position).T) >= self.vehicle.lever
+        order = np.argsort(costs, kind="stable")
+        order = order[some[order]]
+        k = kernels.first_clear(wheels, start, self._window, order, self._periods, *self._scene(moment, keep))
+        if k < 0:
+            return None
+        speed, turn, periods = self._window[k].tolist()
+        motions = kernels.held(wheels, start, speed, turn, int(periods), self._periods)
+        return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), None, None)
 
     def _cost(self, motions: Array, way: Array) -> float:
-        """Least way [m] to the end of a polyline (m, 2) [m] on motions (k, 5).
-
-        It is the distance from the polyline, the rest of it, and what the heading has to turn towards what is ahead.
-        """
-        places = motions[:, :2]
-        steps, lengths = np.diff(way, axis=0), np.hypot(*np.diff(way, axis=0).T)
-        at, rest = np.concatenate([[0.0], np.cumsum(lengths)]), np.zeros(len(places))
-        distance, ahead = np.hypot(*(way[-1] - places).T), np.broadcast_to(way[-1], places.shape)
-        if len(steps):
-            off = places[:, None] - way[:-1]
-            share = np.clip((off * steps).sum(axis=2) / np.maximum(lengths**2, TINY), 0.0, 1.0)
-            distances = np.hypot(*np.moveaxis(off - share[..., None] * steps, 2, 0))
-            left = at[-1] - at[:-1] - share * lengths
-            k = np.argmin(distances + left * NEARER, axis=1)
-            row = np.arange(len(places))
-            distance, rest = distances[row, k], left[row, k]
-            further = at[-1] - rest + self.vehicle.turning_radius
-            ahead = np.stack([np.interp(further, at, way[:, axis]) for axis in range(2)], axis=1)
-        x, y = (ahead - places).T
-        bearing = np.abs((np.arctan2(y, x) - motions[:, 2] + np.pi) % (2.0 * np.pi) - np.pi)
-        return float((distance + rest + self.vehicle.turning_radius * np.minimum(bearing, 1.0)).min())
+        """The least way [m] that is left to the end of a polyline (m, 2) [m] on motions (k, 5)."""
+        return float(kernels.least_left(motions, way, self.vehicle.turning_radius))
 
     def _target(self, moment: Moment) -> Array:
         """The polyline (m, 2) [m] to where the middle of the axle heads for; its own place without a goal.
@@ -620,6 +624,7 @@ class VehicleNavigator(SharedSettings):
             goal=moment.goal,
             way=proposal.way,
             no_way=no_way,
+            held=proposal.held,
         )
 
     def _judged(self, moment: Moment, proposal: Proposal, keep: Array | None = None) -> float:
@@ -628,10 +633,9 @@ class VehicleNavigator(SharedSettings):
 
     def _contact(self, moment: Moment, motions: Array, keep: Array) -> float:
         """Time [s] of the first contact of the body on motions (k, 5), `keep` (b,) [m] being kept."""
-        samples = kernels.sampled(self.vehicle.wheels, motions, PARTS, self._size)
-        moves = np.flatnonzero(samples[:, 6] > REST_WAY)
-        step = self.period / PARTS
-        rest = step * (moves[-1] + 1) if len(moves) else 0.0
+        return float(kernels.contact_of(self.vehicle.wheels, motions, *self._scene(moment, keep)))
+
+    def _scene(self, moment: Moment, keep: Array) -> tuple[Any, ...]:
+        """The arguments of kernels that look for contacts of the body."""
         advance, bodies = ADVANCE_SHARE * self._contact_depth, moment.bodies
-        scene = self.corners, bodies, bodies.hulls
-        return float(kernels.first_contact(samples, step, rest, *scene, keep, advance, self.horizon))
+        return PARTS, self._size, self.corners, bodies, bodies.hulls, keep, advance, self.horizon
