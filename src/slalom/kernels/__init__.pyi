@@ -59,6 +59,6 @@ from .vehicle.window import (
     contact_of as contact_of,
     first_clear as first_clear,
     least_left as least_left,
-    window_ends as window_ends,
+    window_costs as window_costs,
 )
 from .vehicle.ways import along_way as along_way, on_arc as on_arc

@@ -70,14 +70,14 @@ KEPT_SHARE: Final = 0.75
 Larger: more tests of motions along walls. Smaller: it comes nearer to them, decision by decision.
 """
 
-GROWTHS: Final = (0.0, 0.5, 1.0)
+GROWTHS: Final = (0.0,)
 """[1] Growths of the robot in the plans of a vehicle, in distances of the point from the axle.
 
 With 0 the body is where the point is, with 1 it is anywhere around it. More: more decisions, better ones in narrow
 places. Fewer: the vehicle keeps its plan more often.
 """
 
-TURN_RESERVES: Final = (0.0, 0.01)
+TURN_RESERVES: Final = ()
 """[rad] Changes of the heading that plans for the body at its present heading allow for.
 
 Larger: gaps are missed. Smaller: plans are rejected because the body turns.
@@ -463,11 +463,12 @@ class VehicleNavigator(SharedSettings):
         least: [m] cost below which it has to be. moves: only motions that lead away from here.
         """
         wheels, start = self.vehicle.wheels, moment.pose.motion
-        ends = kernels.window_ends(wheels, start, self._window, self._periods)
-        costs = np.array([self._cost(ends[k:k+1], target) for k in range(len(ends))])
+        costs, ways = kernels.window_costs(
+            wheels, start, self._window, self._periods, target, self.vehicle.turning_radius
+        ).T
         some = costs < least
         if moves:
-            some &= np.hypot(*(ends[:, :2] - moment.pose.position).T) >= self.vehicle.lever
+            some &= ways >= self.vehicle.lever
         order = np.argsort(costs, kind="stable")
         order = order[some[order]]
         k = kernels.first_clear(wheels, start, self._window, order, self._periods, *self._scene(moment, keep))

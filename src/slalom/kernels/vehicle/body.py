@@ -240,9 +240,9 @@ def first_contact(
                 left = gap(pose, size, corners, bodies, hulls, s, share, p, q) - radius - keep[b]
                 if left < 0.0 and not bodies.each[b].at_rest:
                     here = gap(samples[0, :3], size, corners, bodies, hulls, s, share, p, q) - radius
-                    nearer = here - (left + keep[b])
-                    if nearer <= NOT_NEARER * size:
-                        left = max(-0.5 * nearer, NOT_NEARER * size)
+                    if here - (left + keep[b]) <= NOT_NEARER * size:
+                        t = stop if k == last else min((k + 1) * step, stop)
+                        continue
                 if left < 0.0:
                     first = t
                     end = t
