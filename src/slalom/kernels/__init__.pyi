@@ -55,10 +55,10 @@ from .vehicle.driving import (
     turn_rate as turn_rate,
     within_limits as within_limits,
 )
+from .vehicle.ways import along_way as along_way, on_arc as on_arc
 from .vehicle.window import (
     contact_of as contact_of,
     first_clear as first_clear,
     least_left as least_left,
     window_costs as window_costs,
 )
-from .vehicle.ways import along_way as along_way, on_arc as on_arc

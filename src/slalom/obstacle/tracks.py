@@ -76,6 +76,7 @@ class Tracks:
             the plane.
         probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
+        contact_at_rest: whether contacts with them count while the robot is at rest, see `Obstacle.contact_at_rest`.
 
     What was given can be read: the attributes have the names of the arguments, `uncertainties` that of each.
 

@@ -1,7 +1,7 @@
 """Decisions of a vehicle that are judged by the motion of its body, not of the point that it decides for."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from math import ceil, hypot
 from typing import Any, Final
@@ -9,22 +9,21 @@ from typing import Any, Final
 import numpy as np
 
 from slalom import kernels
-from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, has, not_negative, number
+from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, flag, has, not_negative, number
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
 from slalom.decision.fallback import DEEPER_BY, is_moving
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Objective
 from slalom.decision.settings import SharedSettings
-from slalom.kernels.vehicle.wheels import CREEPING, REST_WAY
+from slalom.kernels.vehicle.wheels import CREEPING
 from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenBrake
-from slalom.model.shape import Capsule, Disc, Shape
+from slalom.model.shape import Disc, Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
@@ -49,12 +48,6 @@ from slalom.vehicle.sweep import Scene, convex_bodies
 from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import WayFound
 
-TINY: Final = 1e-12
-"""[m^2] Square of a length below which a part of a path has no direction."""
-
-NEARER: Final = 1e-6
-"""[1] Of parts of a path at equal distances the one counts that is farther along it."""
-
 CONTACT_SHARE: Final = 1e-4
 """[1] Depth of an overlap that counts as contact, as a share of the size of the body: 0.4 mm for a car.
 
@@ -68,19 +61,6 @@ KEPT_SHARE: Final = 0.75
 """[1] Share of its clearance that a body keeps at least which is nearer to an obstacle than the margin.
 
 Larger: more tests of motions along walls. Smaller: it comes nearer to them, decision by decision.
-"""
-
-GROWTHS: Final = (0.0,)
-"""[1] Growths of the robot in the plans of a vehicle, in distances of the point from the axle.
-
-With 0 the body is where the point is, with 1 it is anywhere around it. More: more decisions, better ones in narrow
-places. Fewer: the vehicle keeps its plan more often.
-"""
-
-TURN_RESERVES: Final = ()
-"""[rad] Changes of the heading that plans for the body at its present heading allow for.
-
-Larger: gaps are missed. Smaller: plans are rejected because the body turns.
 """
 
 PLAN_RESERVE: Final = 0.002
@@ -102,6 +82,18 @@ HELD_FOR: Final = (0.04, 0.1, 0.2, 0.35, 0.5)
 More and longer ones: ways out of narrower places. Fewer: quicker decisions.
 """
 
+HELD_RESERVE: Final = 0.05
+"""[m] What a new held motion keeps beyond the margin from tracks; the last one goes on without it.
+
+Larger: the vehicle stops farther from people. Smaller: each new measurement changes its motion.
+"""
+
+CHANGE_TIMES: Final = (0.1, 0.5)
+"""[s] A change of the speed, and one of the turn of the point, count as the way that they make in these times.
+
+Longer: smoother motions, and longer ways. Shorter: the vehicle turns to and fro where several motions end alike.
+"""
+
 WAY_SPEEDS: Final = (1.0, 0.4, 0.0)
 """[1] Shares of the largest speed at which a motion along a way is tried; 0: it stops on the way.
 
@@ -115,24 +107,32 @@ Larger: more decisions compare them. Smaller: the vehicle creeps where it could 
 """
 
 GAIN: Final = 0.1
-"""[1] Share of the free way by which a held motion must come nearer to the goal than a plan. As of SLOW."""
+"""[1] Share of the free way by which a new held motion must come nearer to the goal than a plan or the last one.
+
+As of SLOW.
+"""
 
 
 @dataclass(frozen=True)
 class VehicleNavigator(SharedSettings):
     """Vehicle that decides with `method`, and judges each manoeuvre by the motion of its own body.
 
-    Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits and
-    with the lag of the vehicle, are integrated up to the horizon. The clearance of the body on that motion decides. It
-    is certified in continuous time, for the body as it is and turns. So neither the distance of the point from the body
-    nor any tracking error is lost. Plans are computed for robots of several shapes about the point. The first one is a
-    disc as wide as the body, larger ones follow, and the last disc contains the body at every heading. Then comes the
-    body at its present heading. The first plan with a clear motion is chosen. Without one, the manoeuvre goes on if it
-    is clear. Otherwise the vehicle holds the speed and the turn that lead it nearest to its goal, among those whose
-    motion is clear and ends at rest. Without a clear motion, the latest contact among all of them, and braking, is
-    chosen. A body that overlaps an obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
+    Plans of the point ahead of the axle come from `Navigator`, for a disc as wide as the body. The commands that follow
+    a plan, within all limits and with the lag of the vehicle, are integrated up to the horizon. The clearance of the
+    body on that motion decides. It is certified in continuous time, for the body as it is and turns. So neither the
+    distance of the point from the body nor any tracking error is lost. A plan whose motion is clear, and that comes
+    nearer to the goal as it should, is chosen. Otherwise the vehicle drives in its dynamic window (Fox, Burgard and
+    Thrun 1997): it holds a speed and a turn for some time, and brakes to rest. Of those that are clear it chooses the
+    one that ends nearest to its goal. Without any it brakes, or takes the motion with the latest contact if braking
+    hits an obstacle that is known. A body that overlaps an obstacle leaves it, and gets no deeper into any where
+    possible (docs/design/0023).
 
-    Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
+    Tracks are observed, and what they do later is not known. So by default contacts with them count only while the
+    vehicle moves (passive safety). A motion that would be hit at rest is not safe: its outcome is STOPPING. What comes
+    too near in any case is approached no farther than if the vehicle stayed.
+
+    Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched. While they
+    are safe or STOPPING, the vehicle touches nothing as long as it moves.
 
     Attributes:
         vehicle: its limits and its period. method: a row of the table of methods.
@@ -140,6 +140,7 @@ class VehicleNavigator(SharedSettings):
         center: [m] of the origin of the body ahead of the axle.
         horizon, margin, holds and others: see `Settings`. limits: of the point; None: all that the wheels may do.
         reverse_after: [s] without progress after which it leaves its place, backwards where it must.
+        contact_at_rest: whether contacts with `Tracks` count while it stands.
     """
 
     vehicle: Vehicle
@@ -149,6 +150,7 @@ class VehicleNavigator(SharedSettings):
     _: KW_ONLY
     limits: Limits | None = None
     reverse_after: float = 3.0
+    contact_at_rest: bool = False
 
     def __post_init__(self) -> None:
         has(self.vehicle, ("lever", "wheels"), "a vehicle, such as DifferentialDrive", "vehicle")
@@ -160,7 +162,8 @@ class VehicleNavigator(SharedSettings):
             has(self.limits, *LIMITS, "limits")
         check_fields(self)
         object.__setattr__(self, "reverse_after", not_negative(self.reverse_after, "reverse_after"))
-        self._navigators  # noqa: B018  # refuses what a navigator refuses
+        object.__setattr__(self, "contact_at_rest", flag(self.contact_at_rest, "contact_at_rest"))
+        self._navigator  # noqa: B018  # refuses what a navigator refuses
 
     @property
     def period(self) -> float:
@@ -183,35 +186,14 @@ class VehicleNavigator(SharedSettings):
         return self.body.parts[0].radius
 
     @cached_property
-    def _navigators(self) -> tuple[Navigator, ...]:
-        around = self.corners - np.array([self.vehicle.lever, 0.0])
-        most = float(np.hypot(*around.T).max()) + self.rounding
-        least = float(np.ptp(self.corners[:, 1])) / 2.0 + self.rounding
-        return tuple(
-            Navigator(
-                self.method,
-                Disc(least + growth * (most - least)),
-                self.limits or self.vehicle.limits,
-                period=self.period,
-                **self.shared | {"margin": self.margin + PLAN_RESERVE},
-            )
-            for growth in dict.fromkeys(GROWTHS if most > least else (0.0,))
+    def _navigator(self) -> Navigator:
+        return Navigator(
+            self.method,
+            Disc(float(np.ptp(self.corners[:, 1])) / 2.0 + self.rounding),
+            self.limits or self.vehicle.limits,
+            period=self.period,
+            **self.shared | {"margin": self.margin + PLAN_RESERVE},
         )
-
-    def _proposing(self, pose: Pose) -> Iterator[Navigator]:
-        """The navigators of the point in the order in which their plans are tried."""
-        yield from self._navigators
-        if len(self._navigators) > 1:
-            first, e = self._navigators[0], pose.direction
-            ahead = [0.0, float(self.corners[:, 0].min()) - self.vehicle.lever]
-            ahead.append(float(self.corners[:, 0].max()) - self.vehicle.lever)
-            # Ends of the capsule as far within the body as its radius.
-            low, high = min(ahead) + first.robot.bounding_radius, max(ahead) - first.robot.bounding_radius
-            low, high = min(0.0, low), max(0.0, high)
-            for turn in TURN_RESERVES if high > low else ():
-                yield replace(
-                    first, robot=Capsule(low * e, high * e, first.robot.bounding_radius + turn * (high - low))
-                )
 
     def decide(
         self,
@@ -240,17 +222,13 @@ class VehicleNavigator(SharedSettings):
         has(pose, *POSE, "pose")
         if goal is not None:
             has(goal, *GOAL, "goal")
-            refuse_goal(goal, self._navigators[0].limits, turns=True)
+            refuse_goal(goal, self._navigator.limits, turns=True)
         number(now, "now")
         not_negative(delay, "delay")
         if previous is not None:
             has(previous, ("manoeuvre", "motions", "track"), "a VehicleDecision", "previous")
         further = {"robots": robots, "objective": objective, "budget": budget}
         moment = self._moment(pose, obstacles, goal, now, previous, delay, further)
-        if previous is not None and previous.until is not None and moment.now < previous.until - TIME:
-            going_on = self._going_on(moment, previous)
-            if (found := self._judged(moment, going_on)) == np.inf:
-                return self._decided(moment, going_on, found, Outcome.CONTINUED)
         overlapped = moment.bodies.at_rest & (moment.gaps < -self._contact_depth)
         if overlapped.any():
             return self._leaving(moment, np.unique(moment.bodies.owner[overlapped]))
@@ -268,17 +246,20 @@ class VehicleNavigator(SharedSettings):
     ) -> Moment:
         """The inputs at the time at which the decision acts."""
         acts = now + self.vehicle.delay
-        obstacles = [one.passive() if isinstance(one, Tracks) else one for one in listed(obstacles)]
+        if not self.contact_at_rest:
+            obstacles = [one.passive() if isinstance(one, Tracks) else one for one in listed(obstacles)]
         before = None if previous is None else previous.track
         track = estimated(self.vehicle, pose.motion, now - delay, acts, before, self.horizon)
         pose = pose_of(track[-1, 1:])
         state = self.vehicle.state(pose)
-        window = self._navigators[0].predict(obstacles, state, acts)
+        window = self._navigator.predict(obstacles, state, acts)
         same_dimension(window.dimension, 2, "obstacles", "pose")
         bodies = window.bodies(Disc(self.rounding))
         gaps = kernels.pose_gaps(pose.motion[:3], self.corners, bodies, bodies.hulls)
         aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
-        return Moment(pose, track[:-1], state, obstacles, window, goal, aim, acts, previous, bodies, gaps, further)
+        commitment = None if previous is None else previous.plan
+        plan = self._navigator.decide(state, obstacles, aim, now=acts, previous=commitment, **further)
+        return Moment(pose, track[:-1], state, plan, window, goal, aim, acts, previous, bodies, gaps)
 
     def _chosen(self, moment: Moment) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps nothing."""
@@ -288,27 +269,32 @@ class VehicleNavigator(SharedSettings):
             return self._decided(moment, on_way, np.inf, on_way.outcome)
         found, best = self._latest(moment, self._proposals(moment, leaves=False), keep)
         target = self._target(moment)
-        stays = found == np.inf and best.plan is not None and self._stays(moment, best.plan)
-        if stays and (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
-            return self._decided(moment, away, np.inf, self._passive(moment, away, keep), no_way)
-        least = np.inf if found < np.inf else self._improvement(moment, best, target)
-        if least > -np.inf:
-            goes_on = None
-            if moment.previous is not None and moment.previous.held:
-                goes_on = self._going_on(moment, moment.previous)
-                if self._contact(moment, goes_on.motions, keep) == np.inf:
-                    free = self.horizon * self.vehicle.limits.max_speed
-                    least = min(least, self._cost(goes_on.motions[-1:], target) - GAIN * free)
-                else:
-                    goes_on = None
-            held = self._held(moment, keep, target, least, moves=False) or goes_on
-            if held is not None:
-                return self._decided(moment, held._replace(held=True), np.inf, self._passive(moment, held, keep), no_way)
+        held: Proposal | None = None
+        if found == np.inf and best.plan is not None and self._stays(moment, best.plan):
+            held = self._held(moment, keep, target, np.inf, moves=True)
+        if held is None:
+            least = np.inf if found < np.inf else self._improvement(moment, best, target)
+            held = self._going_on_or_held(moment, keep, target, least) if least > -np.inf else None
+        if held is not None:
+            return self._decided(moment, held, np.inf, self._outcome(moment, held, keep), no_way)
         if found < np.inf:
+            stop = self._braking(moment)
+            known = np.where(moment.bodies.at_rest, keep, -np.inf)
+            if not moment.bodies.at_rest.all() and self._contact(moment, stop.motions, known) == np.inf:
+                found = self._contact(moment, stop.motions, keep)
+                return self._decided(moment, stop, found, Outcome.BRAKING, no_way)
             return self._decided(moment, best, found, Outcome.DELAYED, no_way)
         safe = best.plan is not None and best.plan.safe and best.manoeuvre is best.plan.manoeuvre
-        outcome = best.plan.outcome if best.plan and safe else Outcome.CONTINUED
-        return self._decided(moment, best, found, outcome, no_way)
+        return self._decided(
+            moment, best, found, best.plan.outcome if best.plan and safe else Outcome.CONTINUED, no_way
+        )
+
+    def _outcome(self, moment: Moment, held: Proposal, keep: Array) -> Outcome:
+        """CONSTRAINED for a held motion that stays clear at its end, STOPPING for one that is clear while it moves."""
+        each = moment.bodies.each.copy()
+        each["at_rest"] = True
+        lasting = moment._replace(bodies=moment.bodies._replace(each=each))
+        return Outcome.CONSTRAINED if self._contact(lasting, held.motions, keep) == np.inf else Outcome.STOPPING
 
     def _improvement(self, moment: Moment, plan: Proposal, way: Array) -> float:
         """The cost [m] below which a held motion replaces a clear one; -inf: none does.
@@ -372,7 +358,7 @@ class VehicleNavigator(SharedSettings):
         rests = np.array([one.at_rest for one in moment.window.obstacles], np.bool_)[moment.bodies.owner]
         least = np.where(rests, np.minimum(keep, ADVANCE_SHARE * self._contact_depth), keep)
         for share in WAY_SPEEDS if waits else WAY_SPEEDS[:1]:
-            fastest = share * self._navigators[0].limits.max_speed
+            fastest = share * self._navigator.limits.max_speed
             motions, on = followed(self.vehicle, moment.pose.motion, way, moment.now, fastest, self._periods)
             for outcome, kept in ((Outcome.KEPT, keep), (Outcome.SQUEEZED, least)):
                 if self._contact(moment, motions, kept) == np.inf:
@@ -409,26 +395,17 @@ class VehicleNavigator(SharedSettings):
 
     def _proposals(self, moment: Moment, leaves: bool) -> Iterator[Proposal]:
         """Motions in the order in which they are tried; `leaves`: of a body that overlaps obstacles."""
-        previous = moment.previous
-        before = None if previous is None else previous.plan
-        unsafe, made = list[Decision](), list[Manoeuvre]()
-        for navigator in self._proposing(moment.pose):
-            plan = navigator.decide(
-                moment.state, moment.obstacles, moment.aim, now=moment.now, previous=before, **moment.further
-            )
-            if not plan.safe:
-                # The shape overlaps an obstacle, which the body need not do.
-                unsafe.append(plan)
-            elif not any(plan.manoeuvre is other for other in made):
-                made.append(plan.manoeuvre)
-                yield self._following(moment, plan)
-        goes_on = [] if previous is None else [self._going_on(moment, previous)]
-        others = [self._following(moment, plan) for plan in unsafe]
-        yield from others + goes_on if leaves else goes_on + others
+        following = self._following(moment, moment.plan)
+        goes_on = [] if moment.previous is None else [self._going_on(moment, moment.previous)]
+        yield from [following, *goes_on] if moment.plan.safe or leaves else [*goes_on, following]
+        yield self._braking(moment)
+
+    def _braking(self, moment: Moment) -> Proposal:
+        """The motion that brakes to rest."""
         state = moment.state
         brake = max(self.period, hypot(*state.velocity) / self.vehicle.wheels.max_acceleration)
         stop = AccelerateThenBrake(self.period, brake)
-        yield self._planned(moment, Manoeuvre(stop, state, -state.velocity / (brake + self.period), moment.now))
+        return self._planned(moment, Manoeuvre(stop, state, -state.velocity / (brake + self.period), moment.now))
 
     def _following(self, moment: Moment, plan: Decision) -> Proposal:
         """The motion that follows a plan of the point."""
@@ -442,14 +419,20 @@ class VehicleNavigator(SharedSettings):
 
     def _going_on(self, moment: Moment, previous: VehicleDecision) -> Proposal:
         """The motion that follows the previous manoeuvre further."""
-        return self._planned(moment, previous.manoeuvre)._replace(plan=previous.plan, until=previous.until)
+        return self._planned(moment, previous.manoeuvre)._replace(plan=previous.plan)
 
-    def _passive(self, moment: Moment, one: Proposal, keep: Array) -> Outcome:
-        each = moment.bodies.each.copy()
-        each["at_rest"] = True
-        bodies = moment.bodies._replace(each=each)
-        lasts = self._contact(moment._replace(bodies=bodies), one.motions, keep) == np.inf
-        return Outcome.CONSTRAINED if lasts else Outcome.STOPPING
+    def _going_on_or_held(self, moment: Moment, keep: Array, target: Array, least: float) -> Proposal | None:
+        """The held motion that is clear and costs less than `least` [m], the last one if others are hardly better."""
+        before = moment.previous
+        last: Proposal | None = None
+        if before is not None and before.held:
+            last = self._going_on(moment, before)._replace(plan=None, held=True)
+            if self._contact(moment, last.motions, keep) < np.inf:
+                last = None
+            else:
+                cost = self._cost(last.motions[-1:], target)
+                least = min(least, cost - GAIN * self.horizon * self.vehicle.limits.max_speed)
+        return self._held(moment, keep, target, least, moves=False) or last
 
     @cached_property
     def _window(self) -> Array:
@@ -466,17 +449,20 @@ class VehicleNavigator(SharedSettings):
         costs, ways = kernels.window_costs(
             wheels, start, self._window, self._periods, target, self.vehicle.turning_radius
         ).T
+        changes = np.abs(self._window[:, :2] - start[3:]) * (1.0, self.vehicle.lever)
+        costs = costs + changes @ CHANGE_TIMES
         some = costs < least
         if moves:
             some &= ways >= self.vehicle.lever
         order = np.argsort(costs, kind="stable")
         order = order[some[order]]
-        k = kernels.first_clear(wheels, start, self._window, order, self._periods, *self._scene(moment, keep))
+        more = np.where(moment.bodies.at_rest, keep, keep + HELD_RESERVE)
+        k = kernels.first_clear(wheels, start, self._window, order, self._periods, *self._scene(moment, more))
         if k < 0:
             return None
         speed, turn, periods = self._window[k].tolist()
         motions = kernels.held(wheels, start, speed, turn, int(periods), self._periods)
-        return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), None, None)
+        return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), held=True)
 
     def _cost(self, motions: Array, way: Array) -> float:
         """The least way [m] that is left to the end of a polyline (m, 2) [m] on motions (k, 5)."""
@@ -506,7 +492,7 @@ class VehicleNavigator(SharedSettings):
         deep. Those that move are left out where it would otherwise hit another obstacle before it can stop.
         """
         moving = [k for k in overlapped.tolist() if is_moving(moment.window.obstacle(k), moment.now)]
-        to_stop = self.period + abs(moment.pose.speed) / self._navigators[0].limits.braking
+        to_stop = self.period + abs(moment.pose.speed) / self._navigator.limits.braking
         proposals = [*self._proposals(moment, leaves=True), *self._every_held(moment)]
         inside = np.flatnonzero(moment.bodies.at_rest & (moment.gaps < -self._contact_depth))
         ends = [float(self._gaps(moment, one.motions[-1])[inside].min()) for one in proposals]
@@ -578,7 +564,7 @@ class VehicleNavigator(SharedSettings):
         if plan.stalled < self.reverse_after or moment.aim is None:
             return False
         lasting = [each for each in moment.window.obstacles if each.at_rest]
-        alone = self._navigators[0].decide(moment.state, lasting, moment.aim, now=moment.now)
+        alone = self._navigator.decide(moment.state, lasting, moment.aim, now=moment.now)
         motions = self._following(moment, alone).motions
         return self.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever
 
@@ -596,31 +582,20 @@ class VehicleNavigator(SharedSettings):
         no_way: WayFound | None = None,
     ) -> VehicleDecision:
         """The decision for a motion that was judged."""
-        plan, motions = proposal.plan, proposal.motions
+        plan, motions = proposal.plan or moment.plan, proposal.motions
         previous = moment.previous
         if no_way is None and proposal.way is None and previous is not None and moment.goal is not None:
             no_way = previous.no_way if same_goal(previous.goal, moment.goal, moment.now) else None
-        base = plan
-        if base is None:
-            base = self._navigators[0].decide(
-                moment.state,
-                moment.obstacles,
-                moment.aim,
-                now=moment.now,
-                previous=None if previous is None else previous.plan,
-                **moment.further,
-            )
         times = moment.now + self.period * np.arange(len(motions))
         track = np.concatenate([moment.track, np.column_stack([times, motions])])
-        known = {**base.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
+        known = {**plan.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
         return VehicleDecision(
             **{name: known[name] for name in Decision.__dataclass_fields__},
             command=self.vehicle.command(motions[0], motions[1]),
             motions=motions,
             first_contact=first_contact,
             acts_at=moment.now,
-            plan=base,
-            until=proposal.until,
+            plan=plan,
             track=track,
             goal=moment.goal,
             way=proposal.way,
