@@ -424,15 +424,14 @@ class VehicleNavigator(SharedSettings):
     def _going_on_or_held(self, moment: Moment, keep: Array, target: Array, least: float) -> Proposal | None:
         """The held motion that is clear and costs less than `least` [m], the last one if others are hardly better."""
         before = moment.previous
-        last: Proposal | None = None
-        if before is not None and before.held:
-            last = self._going_on(moment, before)._replace(plan=None, held=True)
-            if self._contact(moment, last.motions, keep) < np.inf:
-                last = None
-            else:
-                cost = self._cost(last.motions[-1:], target)
-                least = min(least, cost - GAIN * self.horizon * self.vehicle.limits.max_speed)
-        return self._held(moment, keep, target, least, moves=False) or last
+        if before is None or not before.held or moment.plan.stalled >= self.reverse_after:
+            return self._held(moment, keep, target, least, moves=False)
+        last = self._going_on(moment, before)._replace(plan=None, held=True)
+        cost = self._cost(last.motions[-1:], target)
+        if cost >= least or self._contact(moment, last.motions, keep) < np.inf:
+            return self._held(moment, keep, target, least, moves=False)
+        better = cost - GAIN * self.horizon * self.vehicle.limits.max_speed
+        return self._held(moment, keep, target, better, moves=False) or last
 
     @cached_property
     def _window(self) -> Array:
