@@ -39,14 +39,8 @@ def decide(seed: int, scale: float) -> slalom.Decision:
     return navigator.decide(slalom.State((0.0, 0.0), (scale, 0.0)), obstacles, goal, budget=0.01)
 
 
-ENDLESS = pytest.mark.xfail(run=False, reason="does not end within minutes: the loop in question is not known")
-
-
-CASES = [
-    pytest.param(seed, scale, marks=ENDLESS if seed == 11 and scale > 1.0 else ())
-    for seed in range(12)
-    for scale in SCALES
-]
+# Seed 143 at the largest scale needs more elements than a choice is allowed.
+CASES = [(seed, scale) for seed in range(12) for scale in SCALES] + [(143, 1e6)]
 
 
 @pytest.mark.parametrize(("seed", "scale"), CASES)
@@ -54,6 +48,19 @@ def test_decisions_end_at_all_scales(seed, scale) -> None:
     decision = decide(seed, scale)
     assert np.isfinite(decision.manoeuvre.control).all()
     assert decision.work < 1.0
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_decisions_end_at_all_scales_in_space(scale) -> None:
+    """A capsule that the robot grazes: straight at its axis, and at both of its ends."""
+    for end in (-1.0, 0.0, 1.0):
+        axis = slalom.Capsule((0.0, -scale, 0.3 * scale), (0.0, scale, -0.2 * scale), 1e-6 * scale)
+        around = [slalom.Obstacle(axis, slalom.Stationary((4.0 * scale, end * scale, 0.0)))]
+        limits = slalom.Limits(1.5 * scale, scale)
+        navigator = slalom.Navigator(slalom.method("nao"), slalom.Ball(0.3 * scale), limits, margin=0.05 * scale)
+        goal = slalom.Goal(slalom.Stationary((8.0 * scale, 0.0, 0.0)), 0.1 * scale)
+        decision = navigator.decide(slalom.State(np.zeros(3), (scale, 0.0, 0.0)), around, goal, budget=0.01)
+        assert np.isfinite(decision.manoeuvre.control).all()
 
 
 @pytest.mark.parametrize("scale", [1e7, 1e8, 1e9, 1e15])

@@ -17,8 +17,7 @@ from slalom.forecast.forecast import (
     Known,
     foresight_of,
 )
-from slalom.model.goal import least_speed
-from slalom.model.limits import Limits
+from slalom.model.limits import Limits, least_speed
 from slalom.model.response import (
     AccelerateThenBrake,
     AccelerateThenCoast,
@@ -177,8 +176,7 @@ More: more choices where no constant velocity is free. Fewer: less room in which
 
 def _turning(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:
     """Holds followed by a turn without end, for a robot that must not stop: shorter holds first, and right turns."""
-    bound = least_speed(limits)
-    rate = 0.0 if bound is None else limits.turn_rate(min(bound.least, limits.max_speed))
+    _, rate = limits.steady_turn(2)
     if rate == 0.0:
         return ()
     sides = [sign * share * rate for share in TURN_SHARES for sign in (-1.0, 1.0)]

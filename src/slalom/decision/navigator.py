@@ -38,9 +38,10 @@ from slalom.decision.fallback import escape_velocity, least_impact, leave, stop,
 from slalom.decision.futures import least_given_up, levels, time_of
 from slalom.decision.inputs import DecisionInputs
 from slalom.decision.methods import refuse_alone
-from slalom.decision.objective import FollowVelocity, Objective, Situation, needs_goal, preferred_control
+from slalom.decision.objective import Arrive, FollowVelocity, Objective, Situation, needs_goal, preferred_control
 from slalom.decision.policy_tables import PolicyTables, Request, observed_robots
 from slalom.decision.settings import Settings
+from slalom.decision.steady_way import velocity_along
 from slalom.decision.tables import committed_path
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import NO_CELLS
@@ -192,6 +193,10 @@ class Navigator(Settings):
         progress = None if previous is None else previous.progress
         step = self.step_along(goal, state, window, progress) if isinstance(goal, PathGoal) else None
         request = Request(robot, around, others, state, goal, step, now, previous, limit)
+        if isinstance(robot.objective, Arrive):
+            velocity = velocity_along(state, request.target, self.limits, now)
+            if velocity is not None:
+                request = request._replace(robot=replace(robot, objective=FollowVelocity(velocity)))
         if window.has_futures:
             decision = least_given_up(
                 levels(window.obstacles),

@@ -15,7 +15,8 @@ from slalom.fleet.guidance import Guidance
 from slalom.fleet.settings import Members, Policy
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import ARRIVE, FOLLOW_VELOCITY, RobotTable, TargetPaths
-from slalom.model.goal import Goal, least_speed, refuse_goal
+from slalom.model.goal import Goal, refuse_goal
+from slalom.model.limits import least_speed
 from slalom.model.path_goal import PathGoal
 from slalom.obstacle.window import ObstacleWindow
 

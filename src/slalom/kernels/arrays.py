@@ -115,6 +115,7 @@ class Workspace(NamedTuple):
     path: Array  # (4, 5) control points of one hull's origin and direction
     corners: Array  # (c, 3) [m] corners of one hull
     element: Array  # (5,) place on a segment in [0, 1], centre and radius of a ball of controls
+    spans: Indices  # (1,) number of spans bisected so far
 
 
 class TrackSamples(NamedTuple):

@@ -12,8 +12,8 @@ from slalom.base.tolerances import WHOLE_COUNT
 from slalom.kernels.arrays import Bodies, Indices
 from slalom.kernels.sequence_search.tables import BEST, CLOSED, NODES, OPEN, SearchProblem, SearchTree, SpacetimeIndex
 from slalom.lookahead.bounds import bound_table
-from slalom.model.goal import Goal, least_speed
-from slalom.model.limits import Limits
+from slalom.model.goal import Goal
+from slalom.model.limits import Limits, least_speed
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import Shape

@@ -11,8 +11,7 @@ from slalom import kernels
 from slalom.base.checks import TRAJECTORY, Array, flag, has, number, positive
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ARRIVAL_FILTER, BRAKING_SHARE, REST, SQUARED_LENGTH_FLOOR
-from slalom.model.bounds import LeastSpeed
-from slalom.model.limits import Limits
+from slalom.model.limits import Limits, least_speed
 from slalom.model.trajectory import Stationary, Trajectory
 from slalom.model.trajectory.protocol import FOREVER
 
@@ -237,11 +236,6 @@ def refuse_goal(goal: Goal, limits: Limits, name: str = "goal", turns: bool = Fa
             f"{name}: expected one without a heading for a robot that moves in every direction, "
             f"found {goal.heading:g} rad; a VehicleNavigator takes it"
         )
-
-
-def least_speed(limits: Limits) -> LeastSpeed | None:
-    """The bound by which a robot never stops, if its limits have one."""
-    return next((bound for bound in limits.bounds if isinstance(bound, LeastSpeed)), None)
 
 
 def least_distance(begin: Array, way: Array, bend: Array) -> Array:

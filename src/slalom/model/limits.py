@@ -24,7 +24,7 @@ from slalom.base.checks import (
     vectors,
 )
 from slalom.base.tolerances import ADMISSIBLE
-from slalom.model.bounds import Bound, HalfSpaces, ball_sides
+from slalom.model.bounds import Bound, HalfSpaces, LeastSpeed, ball_sides
 from slalom.model.state import Affine, State
 
 
@@ -206,6 +206,16 @@ class Limits:
             rates.append(lateral / speed)
         return max(min(rates), 0.0)
 
+    def steady_turn(self, dimension: int) -> tuple[float, float]:
+        """Least speed [m/s] and `turn_rate` [rad/s] of a robot in the plane that must not stop; of others 0, 0."""
+        return self._steady_turn if dimension == 2 else (0.0, 0.0)
+
+    @cached_property
+    def _steady_turn(self) -> tuple[float, float]:
+        bound = least_speed(self)
+        least = 0.0 if bound is None else min(bound.least, self.max_speed)
+        return least, 0.0 if bound is None else self.turn_rate(least)
+
     def allows(self, state: State, acceleration: Array, period: float) -> bool:
         """Whether a robot in `state` may hold an acceleration (d,) [m/s^2] for `period` [s] by all `bounds`.
 
@@ -287,3 +297,8 @@ def _inverse(half_spaces: HalfSpaces, peak: Affine, center: Array, radius: float
     turned, moved = peak.pulled(normals), (offsets - normals @ peak.drift) / float(abs(peak.gain))
     cuts = turned @ center + radius > moved
     return turned[cuts], moved[cuts]
+
+
+def least_speed(limits: Limits) -> LeastSpeed | None:
+    """The bound by which a robot never stops, if its limits have one."""
+    return next((bound for bound in limits.bounds if isinstance(bound, LeastSpeed)), None)

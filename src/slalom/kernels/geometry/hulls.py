@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
-from slalom.base.tolerances import CLEARANCE, CONTACT, RESOLVED
+from slalom.base.tolerances import CLEARANCE, CONTACT, CONTACT_SLACK, RESOLVED
 from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, Segments
 from slalom.kernels.geometry.cubic import LEAST_WIDTH, restrict, value
 from slalom.kernels.geometry.gains import image, modulus_at
@@ -17,6 +17,16 @@ from slalom.kernels.jit import kernel, squared
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The signed distance of the origin to the convex hull of a few points.
+
+
+SHORT: Final = 3e-8
+"""[1] Share of the largest length in a hull below which the direction of a distance is that across its nearest edge.
+
+The direction of a difference d of lengths L is off by about 1e-16 L / d, which moves the other end of the edge by
+1e-16 L^2 / d: by less than d if d exceeds 1e-8 L. Larger: directions near corners are off by more. Smaller than about
+1e-8: no bound along such a direction decides, and bisections halve each span to the last digit. In the plane only: in
+space bodies are round.
+"""
 
 
 @kernel
@@ -56,14 +66,18 @@ def signed_distance(q: Array, n: int) -> Direction:
             py = y
             pz = z
     distance = np.sqrt(least)
-    if not inside and distance >= CONTACT:
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, max(abs(q[i, 0]), abs(q[i, 1])))
+    short = max(CONTACT, SHORT * largest)
+    if not inside and distance >= short:
         return distance, px / distance, py / distance, pz / distance
     depth, nx, ny = outermost_edge(q, n)
     # A body that turns on the spot has all its corners in one place (`model.trajectory.protocol`): no edge, no
     # interior.
     if n > 2 and -np.inf < depth <= 0.0:
         return depth, -nx, -ny, 0.0
-    if distance < CONTACT and q[0, 2] == 0.0 and q[n - 1, 2] == 0.0 and 0.999 * distance <= abs(depth) < np.inf:
+    if distance < short and q[0, 2] == 0.0 and q[n - 1, 2] == 0.0 and 0.999 * distance <= abs(depth) < np.inf:
         # Rounding leaves no direction in so short a difference. That of the edge, which is about as near, is exact.
         side = -1.0 if depth > 0.0 else 1.0
         return distance, side * nx, side * ny, 0.0
@@ -390,7 +404,15 @@ def least_along(separating: Array, gain: Array, cross: Array, u: Array) -> float
 #
 # Spans of time are bisected until a bound or a distance decides. A control that slides along a hull at the distance 0
 # would be bisected without end: collisions less deep than CLEARANCE, or than a share of large lengths, are not sought.
+# What MOST_SPANS spans leave undecided counts as a collision.
 
+
+MOST_SPANS: Final = 2048
+"""[1] Most spans of a segment that are bisected before it counts as colliding: about 2 ms.
+
+Larger: a control that slides along a hull takes longer. Smaller than a few times DEPTH: free controls are lost, since
+a span is bisected so often around each time at which the direction of the distance jumps.
+"""
 
 DEEPEST_SAMPLES: Final = 8
 """[1] Intervals of a segment at whose ends the depth inside a hull is sampled before golden section.
@@ -441,15 +463,19 @@ def resolved(moving: MovingHull, accuracy: float) -> float:
 
 
 @kernel
-def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
-    """A place x in [0, 1] at which the origin is inside the rounded hull, or -1 if nowhere deeper than `resolved`."""
+def hull_below(moving: MovingHull, stack: Array, q: Array) -> tuple[float, int]:
+    """A place x in [0, 1] at which the origin is inside the rounded hull, and the number of spans bisected.
+
+    -1 if it is nowhere deeper inside than `resolved`. After MOST_SPANS the place of a span that is not decided.
+    """
     early = hull_distance(moving, 0.0, q)
     late = hull_distance(moving, 1.0, q)
     if early[0] < 0.0 or late[0] < 0.0:
-        return 0.0 if early[0] < 0.0 else 1.0
+        return 0.0 if early[0] < 0.0 else 1.0, 0
     depth = resolved(moving, CLEARANCE)
     push(stack, 0, 0.0, 1.0, early, late)
     top = 0
+    spans = 0
     while top >= 0:
         a, width, early, late = pop(stack, top)
         top -= 1
@@ -457,21 +483,26 @@ def hull_below(moving: MovingHull, stack: Array, q: Array) -> float:
             continue
         middle = a + 0.5 * width
         there = hull_distance(moving, middle, q)
-        if there[0] < 0.0:
-            return float(middle)
+        spans += 1
+        if there[0] < 0.0 or spans >= MOST_SPANS:
+            return float(middle), spans
         push(stack, top + 1, middle, 0.5 * width, there, late)
         push(stack, top + 2, a, 0.5 * width, early, there)
         top += 2
-    return -1.0
+    return -1.0, spans
 
 
 @kernel
 def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -> float:
-    """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never deeper than `resolved`."""
+    """The first x, up to `least`, at which the origin enters the rounded hull, -1 if never deeper than `resolved`.
+
+    After MOST_SPANS the begin of the first span that is not decided.
+    """
     depth = resolved(moving, CLEARANCE)
     stack[0, 0] = 0.0
     stack[0, 1] = 1.0
     top = 0
+    spans = 0
     while top >= 0:
         a = stack[top, 0]
         width = stack[top, 1]
@@ -480,10 +511,11 @@ def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -
         late = hull_distance(moving, a + width, q)
         if distance_bound(moving, a, a + width, early, late) >= -depth:
             continue
-        if early[0] < 0.0 or (width < least and late[0] < 0.0):
+        if early[0] < 0.0 or (width < least and late[0] < 0.0) or spans >= MOST_SPANS:
             return float(a)
         if width < LEAST_WIDTH:
             continue
+        spans += 1
         stack[top + 1, 0] = a + 0.5 * width
         stack[top + 1, 1] = 0.5 * width
         stack[top + 2, 0] = a
@@ -501,7 +533,7 @@ def hull_least(
     accuracy: float,
 ) -> float:
     """Least signed distance to the rounded hull where below `ceiling`, else `ceiling`; too large by at most
-    `accuracy`, see `resolved`.
+    `accuracy`, see `resolved`. At most -CONTACT_SLACK where MOST_SPANS do not decide, which no slack takes for free.
     """
     early = hull_distance(moving, 0.0, q)
     late = hull_distance(moving, 1.0, q)
@@ -509,6 +541,7 @@ def hull_least(
     accuracy = resolved(moving, accuracy)
     push(stack, 0, 0.0, 1.0, early, late)
     top = 0
+    spans = 0
     while top >= 0:
         a, width, early, late = pop(stack, top)
         top -= 1
@@ -516,6 +549,9 @@ def hull_least(
             continue
         there = hull_distance(moving, a + 0.5 * width, q)
         best = min(best, there[0])
+        spans += 1
+        if spans >= MOST_SPANS:
+            return float(min(best, -CONTACT_SLACK))
         push(stack, top + 1, a + 0.5 * width, 0.5 * width, there, late)
         push(stack, top + 2, a, 0.5 * width, early, there)
         top += 2

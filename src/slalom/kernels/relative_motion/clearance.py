@@ -32,7 +32,7 @@ def new_workspace(segments: int, hulls: MaybeHulls) -> Workspace:
     separating = np.empty((segments if len(hulls) > 0 else 0, 7))
     for s in range(len(separating)):
         separating[s, 3] = -np.inf
-    return Workspace(np.empty(segments), separating, new_stack(), path, corners, np.zeros(5))
+    return Workspace(np.empty(segments), separating, new_stack(), path, corners, np.zeros(5), np.zeros(1, np.int64))
 
 
 @kernel

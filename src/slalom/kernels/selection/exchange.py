@@ -122,7 +122,8 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
                 continue
             load_path(table, hulls, s, u, work.path)
             moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
-            there = hull_below(moving, work.stack, work.corners)
+            there, spans = hull_below(moving, work.stack, work.corners)
+            work.spans[0] += spans
             if there < 0.0:
                 separating = work.separating[s]
                 put_separating(moving, gain, cross, u, hull_distance(moving, 0.5, work.corners), separating)
@@ -205,6 +206,20 @@ Reaching it is a status (UNDECIDED), never an answer. Larger: a choice among hun
 Smaller: more choices end undecided.
 """
 
+WORK_PAIR: Final = 10
+"""[1] Work of the points in which two boundaries in the plane meet: see WORK_CURVE."""
+
+WORK_SPAN: Final = 100
+"""[1] Work of a span of time that is bisected in the search for contacts with a hull: see WORK_CURVE."""
+
+MOST_WORK_IN_PLANE: Final = 40_000_000
+"""[1] Most work of one choice in the plane, in comparisons: about a second.
+
+Reaching it is a status (UNDECIDED), never an answer. Elements cover spans in proportion to the root of CONTACT and the
+lengths, so bodies beyond 100 km take thousands. Larger: decisions among these take longer. Smaller: choices among small
+bodies end undecided.
+"""
+
 
 SAFE = 0
 BLOCKED = 1
@@ -236,7 +251,8 @@ def nearest_free(
 
     Args:
         preferred: (3,). limits: (n, 5) the admissible set, see `geometry.boundaries`.
-        most_elements, most_candidates: bounds on the work; reaching one, or MOST_WORK_IN_SPACE, gives UNDECIDED.
+        most_elements, most_candidates: bounds on the work; reaching one, or MOST_WORK_IN_SPACE or MOST_WORK_IN_PLANE,
+            gives UNDECIDED.
     """
     u = preferred.copy()
     gaps = np.empty(len(table.radius))
@@ -262,6 +278,7 @@ def exchanged(
     `farthest`: of all admissible controls from the centre of `culled`. `allowed`: whether u is admissible.
     """
     limits, in_space = problem.limits, problem.dimension == 3
+    most_work = MOST_WORK_IN_SPACE if in_space else MOST_WORK_IN_PLANE
     boundaries, polygons, queue = new_boundaries(limits), new_polygons(hulls), new_queue()
     found, preferred, view = np.zeros((2, 3)), u.copy(), new_view(limits, u)
     room, known, limit = len(culled.rows), 0, -1.0
@@ -282,13 +299,13 @@ def exchanged(
                 propose_in_space(queue, boundaries, proposed, view)
                 spent += proposed * WORK_CURVE
             else:
-                reference = Reference(preferred, floor)
-                propose(queue, boundaries, polygons, admissible, proposed, reference, found)
+                propose(queue, boundaries, polygons, admissible, proposed, Reference(preferred, floor), found)
+                spent += proposed * WORK_PAIR
         n = take(queue)
         if n == 0:
             break
         examined += 1
-        if examined > problem.most_candidates or spent > MOST_WORK_IN_SPACE:
+        if examined > problem.most_candidates or spent + WORK_SPAN * work.spans[0] > most_work:
             return UNDECIDED, elements, examined
         u[0], u[1], u[2] = queue[n, 1], queue[n, 2], queue[n, 3]
         if in_space:
@@ -303,6 +320,7 @@ def exchanged(
             # All nearer controls were rejected: a new candidate there lies in some element of the working set.
             floor = queue[n, 0] * (1.0 - SQUARED_DISTANCE_SLACK)
             excluded, last = excluded_in_plane(queue[n], boundaries, polygons, count, admissible, last)
+            spent += count
             if excluded:
                 continue
         moved = distance(u, culled.center)
@@ -334,7 +352,8 @@ class Rejection(NamedTuple):
 @inlined
 def part_of(work: Workspace, rows: int) -> Workspace:
     """The same buffers for the first rows of a table."""
-    return Workspace(work.gaps[:rows], work.separating[:rows], work.stack, work.path, work.corners, work.element)
+    gaps, separating = work.gaps[:rows], work.separating[:rows]
+    return Workspace(gaps, separating, work.stack, work.path, work.corners, work.element, work.spans)
 
 
 @inlined
