@@ -414,7 +414,7 @@ def test_a_car_beside_a_wall_drives_off(side: float) -> None:
 def test_a_vehicle_that_overlaps_a_body_stops_before_a_wall(name: str, moves: bool) -> None:
     """A person 20 mm within its body walks at its velocity, or stands; the body gets no deeper than a few mm."""
     vehicle = DifferentialDrive(0.4, 1.2, 3.0, ahead=0.1, max_speed=1.0) if name == "drive" else REVERSING
-    robot = VehicleNavigator(vehicle, method("nao"), Disc(0.3), horizon=3.0)
+    robot = VehicleNavigator(vehicle, method("nao"), Disc(0.3), horizon=3.0, contact_at_rest=True)
     end = ObstacleTable([Obstacle(Polyline([(4.0, -3.0), (4.0, 3.0)]), Stationary((0.0, 0.0)))])
     goal, pose, decision, escaped = at(3.2, 0.0, 0.1), Pose((0.0, 0.0), 0.0, 0.6), None, False
     person = np.array([0.0, 0.58])

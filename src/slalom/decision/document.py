@@ -43,7 +43,10 @@ OBSTACLE_KEYS: Final = (
     *("name", "heading", "after_end", "contact_at_rest", "shape", "trajectory", "uncertainty", "probability", "owner"),
 )
 """Keys of an obstacle in their order in files."""
-TRACK_FIELDS: Final = ("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares", "braking", "probabilities")
+TRACK_FIELDS: Final = (
+    *("radii", "t", "ids", "forecast", "uncertainties", "worlds", "shares", "braking", "probabilities"),
+    "contact_at_rest",
+)
 """Attributes of `Tracks` in files, besides the states."""
 
 

@@ -44,7 +44,7 @@ from .selection.exchange import choose_many as choose_many, nearest_free as near
 from .sequence_search.bounds import breach as breach
 from .sequence_search.search import grow_tree as grow_tree, sequence_is_clear as sequence_is_clear
 from .sequence_search.tree import add_node as add_node
-from .vehicle.body import first_contact as first_contact, pose_gaps as pose_gaps
+from .vehicle.body import pose_gaps as pose_gaps
 from .vehicle.driving import (
     commanded as commanded,
     drive as drive,
@@ -56,3 +56,9 @@ from .vehicle.driving import (
     within_limits as within_limits,
 )
 from .vehicle.ways import along_way as along_way, on_arc as on_arc
+from .vehicle.window import (
+    contact_of as contact_of,
+    first_clear as first_clear,
+    least_left as least_left,
+    window_costs as window_costs,
+)

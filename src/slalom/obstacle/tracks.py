@@ -14,6 +14,7 @@ from slalom.base.checks import (
     array,
     array_of,
     each_number,
+    flag,
     has,
     listing,
     not_huge,
@@ -75,6 +76,7 @@ class Tracks:
             the plane.
         probabilities: (n,) [1] with which each moves so, above 0 and at most 1. Tracks of one id are then the futures
             of one obstacle, see `Obstacle.probability`; None: all move as predicted.
+        contact_at_rest: whether contacts with them count while the robot is at rest, see `Obstacle.contact_at_rest`.
 
     What was given can be read: the attributes have the names of the arguments, `uncertainties` that of each.
 
@@ -98,6 +100,7 @@ class Tracks:
         shares: npt.ArrayLike | None = None,
         braking: npt.ArrayLike | None = None,
         probabilities: npt.ArrayLike | None = None,
+        contact_at_rest: bool = True,
     ) -> None:
         places = array(positions, "positions")
         if places.ndim != 2 or places.shape[1] not in (2, 3):
@@ -135,13 +138,21 @@ class Tracks:
         self.braking = None if braking is None else self._checked_braking(braking)
         # Of those that a robot follows, see `followed_by`.
         self._braking: Array | None = None
+        self.contact_at_rest = flag(contact_at_rest, "contact_at_rest")
         self.probabilities = None if probabilities is None else array_of(probabilities, "probabilities", (n,))
         for k, weight in enumerate(() if self.probabilities is None else self.probabilities.tolist()):
             probability(weight, f"probabilities[{k}]")
         usual = AtConstantVelocity() if accelerations is None else AcceleratingBriefly()
         self.forecast: Forecast = _usable(usual if forecast is None else forecast)
 
-    is_passive = False
+    @property
+    def is_passive(self) -> bool:
+        """Whether contacts do not count while the robot is at rest."""
+        return not self.contact_at_rest
+
+    def passive(self) -> "Tracks":
+        """The same tracks, contacts with which do not count while the robot is at rest."""
+        return self._changed(contact_at_rest=False)
 
     @property
     def has_futures(self) -> bool:
@@ -275,6 +286,7 @@ class Tracks:
             uncertainty=self.uncertainties[index],
             probability=1.0 if self.probabilities is None else float(self.probabilities[index]),
             owner=str(self.ids[index]),
+            contact_at_rest=self.contact_at_rest,
         )
 
     def paths(self, end: float) -> tuple[Array, Array]:
@@ -346,6 +358,7 @@ class Tracks:
         every = every._replace(radius=every.radius + np.repeat(self.radii, b))
         found = bodies_of(pieces, every, np.repeat(np.arange(n), b), np.repeat(~exact, b), n)
         found.each["world"] = np.repeat(self.worlds, b)
+        found.each["at_rest"] = self.contact_at_rest
         return found
 
     def _widths(self, elapsed: Array) -> Array:

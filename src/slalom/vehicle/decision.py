@@ -16,7 +16,7 @@ from slalom.kernels.arrays import Bodies
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.state import State
-from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.obstacle.window import ObstacleWindow
 from slalom.vehicle.estimate import motion_at
 from slalom.vehicle.following import Following
 from slalom.vehicle.vehicle import Command, Pose, pose_of
@@ -28,17 +28,16 @@ class Moment(NamedTuple):
 
     Attributes:
         pose: of the vehicle when the decision acts. track: (m, 6) before that, see `VehicleDecision`.
-        state: of the point, at `pose`. goal: of the middle of the axle. aim: that of the point.
-        window: the `obstacles` on their predicted trajectories.
+        state: of the point, at `pose`. plan: its decision there. goal: of the middle of the axle. aim: of the point.
+        window: the obstacles on their predicted trajectories.
         now: [s] when the decision acts. previous: the decision before; None at the start.
         bodies: of the window. gaps: (b,) [m] of the body of the vehicle from each of them.
-        further: other arguments of decisions of the point.
     """
 
     pose: Pose
     track: Array
     state: State
-    obstacles: Obstacles
+    plan: Decision
     window: ObstacleWindow
     goal: Goal | None
     aim: Goal | None
@@ -46,7 +45,6 @@ class Moment(NamedTuple):
     previous: "VehicleDecision | None"
     bodies: Bodies
     gaps: Array
-    further: dict[str, Any]
 
 
 class Proposal(NamedTuple):
@@ -54,16 +52,16 @@ class Proposal(NamedTuple):
 
     Attributes:
         motions: (k, 5), see `VehicleDecision`. manoeuvre: of the point. plan: the decision that it follows; None for
-            other manoeuvres. until: [s] the time up to which it is kept, if its motion is clear. way: that it follows.
-        outcome: of a motion on a way.
+            other manoeuvres. way: that it follows. outcome: of a motion on a way. held: whether it holds a speed and a
+            turn.
     """
 
     motions: Array
     manoeuvre: Manoeuvre
     plan: Decision | None = None
-    until: float | None = None
     way: Following | None = None
     outcome: Outcome = Outcome.CONTINUED
+    held: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -77,10 +75,10 @@ class VehicleDecision(Decision):
         first_contact: [s] from then of the first contact of the body on that motion; inf if there is none.
         acts_at: [s] time at which the command acts.
         plan: the decision of the point, which the motion follows unless the outcome says otherwise.
-        until: [s] time up to which this motion is kept if it is clear; None: it may change at once.
         track: (m, 6) time [s] and motion of the vehicle as it was and is predicted.
         goal: of the middle of the axle. way: that it follows there; None if it follows none.
         no_way: why a search found no way to the goal among obstacles at rest; None if it found one, or did not search.
+        held: whether the vehicle holds a speed and a turn, and then brakes, instead of a plan.
         See `Decision` for the others: the manoeuvre is that of the point.
     """
 
@@ -89,11 +87,11 @@ class VehicleDecision(Decision):
     first_contact: float
     acts_at: float
     plan: Decision
-    until: float | None
     track: Array
     goal: Goal | None
     way: Following | None
     no_way: WayFound | None
+    held: bool
 
     @property
     def commitment(self) -> Commitment:

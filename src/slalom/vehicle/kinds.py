@@ -26,17 +26,23 @@ SPEED_STEP: Final = 0.98
 Closer to 1: a speed that is up to 2 % larger.
 """
 
-HELD_TURNS: Final = (0.0, 0.15, 0.4, 1.0)
+HELD_TURNS: Final = (0.0, 0.1, 0.25, 0.5, 1.0)
 """[1] Turns that a vehicle may hold where no plan is clear, as shares of its largest, to both sides.
 
 More: ways out of narrower places, and longer decisions. Fewer: the vehicle waits more often.
 """
 
+HELD_TURN_RATE: Final = 2.0
+"""[rad/s] The largest turn rate of a differential drive that it holds. Larger: coarser steps of the smaller ones."""
+
 GENTLE_TURNS: Final = (0.001, 0.006, 0.03)
 """[1] Further ones of a bicycle: its rear swings out towards a wall beside it, by less in a wider turn."""
 
-HELD_SPEEDS: Final = (1.0, 0.4)
+HELD_SPEEDS: Final = (1.0, 0.7, 0.4, 0.2, 0.0)
 """[1] Speeds that a vehicle may hold where no plan is clear, as shares of its largest. As of HELD_TURNS."""
+
+HELD_BACKWARDS: Final = (0.3, 1.0)
+"""[1] Those of a differential drive backwards. As of HELD_TURNS."""
 
 
 POINT_AHEAD: Final = 0.5
@@ -233,10 +239,9 @@ class DifferentialDrive(Vehicle):
 
     @property
     def holds(self) -> list[tuple[float, float]]:
-        speed = self.limits.max_speed
-        ways = [(share * speed, side) for share in HELD_SPEEDS for side in (1.0, -1.0)]
-        turns = [turn * self._turn_rate for turn in both_sides(HELD_TURNS)]
-        return [(v * side, turn) for v, side in ways for turn in turns] + [(0.0, turn) for turn in turns[1:]]
+        speeds = [*HELD_SPEEDS, *(-share for share in HELD_BACKWARDS)]
+        turns = [turn * min(HELD_TURN_RATE, self._turn_rate) for turn in both_sides(HELD_TURNS)]
+        return [(share * self.limits.max_speed, turn) for share in speeds for turn in turns]
 
     @property
     def limits(self) -> Limits:

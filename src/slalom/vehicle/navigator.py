@@ -9,23 +9,21 @@ from typing import Any, Final
 import numpy as np
 
 from slalom import kernels
-from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, has, not_negative, number
+from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, flag, has, not_negative, number
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
-from slalom.decision.decision import approach_of, on_way_to
 from slalom.decision.fallback import DEEPER_BY, is_moving
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Objective
 from slalom.decision.settings import SharedSettings
-from slalom.kernels.vehicle.wheels import CREEPING, REST_WAY
+from slalom.kernels.vehicle.wheels import CREEPING
 from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenBrake
-from slalom.model.shape import Capsule, Disc, Shape
+from slalom.model.shape import Disc, Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
@@ -50,12 +48,6 @@ from slalom.vehicle.sweep import Scene, convex_bodies
 from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import WayFound
 
-TINY: Final = 1e-12
-"""[m^2] Square of a length below which a part of a path has no direction."""
-
-NEARER: Final = 1e-6
-"""[1] Of parts of a path at equal distances the one counts that is farther along it."""
-
 CONTACT_SHARE: Final = 1e-4
 """[1] Depth of an overlap that counts as contact, as a share of the size of the body: 0.4 mm for a car.
 
@@ -71,19 +63,6 @@ KEPT_SHARE: Final = 0.75
 Larger: more tests of motions along walls. Smaller: it comes nearer to them, decision by decision.
 """
 
-GROWTHS: Final = (0.0, 0.5, 1.0)
-"""[1] Growths of the robot in the plans of a vehicle, in distances of the point from the axle.
-
-With 0 the body is where the point is, with 1 it is anywhere around it. More: more decisions, better ones in narrow
-places. Fewer: the vehicle keeps its plan more often.
-"""
-
-TURN_RESERVES: Final = (0.0, 0.01)
-"""[rad] Changes of the heading that plans for the body at its present heading allow for.
-
-Larger: gaps are missed. Smaller: plans are rejected because the body turns.
-"""
-
 PLAN_RESERVE: Final = 0.002
 """[m] What the plans of a vehicle keep beyond its margin.
 
@@ -97,10 +76,22 @@ PARTS: Final = 2
 More: longer decisions. Fewer: 16 times the error for half of the parts.
 """
 
-HELD_FOR: Final = (0.1, 0.25, 0.5)
+HELD_FOR: Final = (0.04, 0.1, 0.2, 0.35, 0.5)
 """[1] Shares of the horizon for which a vehicle holds a speed and a turn where no plan is clear.
 
 More and longer ones: ways out of narrower places. Fewer: quicker decisions.
+"""
+
+HELD_RESERVE: Final = 0.05
+"""[m] What a new held motion keeps beyond the margin from tracks; the last one goes on without it.
+
+Larger: the vehicle stops farther from people. Smaller: each new measurement changes its motion.
+"""
+
+CHANGE_TIMES: Final = (0.1, 0.5)
+"""[s] A change of the speed, and one of the turn of the point, count as the way that they make in these times.
+
+Longer: smoother motions, and longer ways. Shorter: the vehicle turns to and fro where several motions end alike.
 """
 
 WAY_SPEEDS: Final = (1.0, 0.4, 0.0)
@@ -116,24 +107,32 @@ Larger: more decisions compare them. Smaller: the vehicle creeps where it could 
 """
 
 GAIN: Final = 0.1
-"""[1] Share of the free way by which a held motion must come nearer to the goal than a plan. As of SLOW."""
+"""[1] Share of the free way by which a new held motion must come nearer to the goal than a plan or the last one.
+
+As of SLOW.
+"""
 
 
 @dataclass(frozen=True)
 class VehicleNavigator(SharedSettings):
     """Vehicle that decides with `method`, and judges each manoeuvre by the motion of its own body.
 
-    Plans of the point ahead of the axle come from `Navigator`. The commands that follow a plan, within all limits and
-    with the lag of the vehicle, are integrated up to the horizon. The clearance of the body on that motion decides. It
-    is certified in continuous time, for the body as it is and turns. So neither the distance of the point from the body
-    nor any tracking error is lost. Plans are computed for robots of several shapes about the point. The first one is a
-    disc as wide as the body, larger ones follow, and the last disc contains the body at every heading. Then comes the
-    body at its present heading. The first plan with a clear motion is chosen. Without one, the manoeuvre goes on if it
-    is clear. Otherwise the vehicle holds the speed and the turn that lead it nearest to its goal, among those whose
-    motion is clear and ends at rest. Without a clear motion, the latest contact among all of them, and braking, is
-    chosen. A body that overlaps an obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
+    Plans of the point ahead of the axle come from `Navigator`, for a disc as wide as the body. The commands that follow
+    a plan, within all limits and with the lag of the vehicle, are integrated up to the horizon. The clearance of the
+    body on that motion decides. It is certified in continuous time, for the body as it is and turns. So neither the
+    distance of the point from the body nor any tracking error is lost. A plan whose motion is clear, and that comes
+    nearer to the goal as it should, is chosen. Otherwise the vehicle drives in its dynamic window (Fox, Burgard and
+    Thrun 1997): it holds a speed and a turn for some time, and brakes to rest. Of those that are clear it chooses the
+    one that ends nearest to its goal. Without any it brakes, or takes the motion with the latest contact if braking
+    hits an obstacle that is known. A body that overlaps an obstacle leaves it, and gets no deeper into any where
+    possible (docs/design/0023).
 
-    Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched.
+    Tracks are observed, and what they do later is not known. So by default contacts with them count only while the
+    vehicle moves (passive safety). A motion that would be hit at rest is not safe: its outcome is STOPPING. What comes
+    too near in any case is approached no farther than if the vehicle stayed.
+
+    Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched. While they
+    are safe or STOPPING, the vehicle touches nothing as long as it moves.
 
     Attributes:
         vehicle: its limits and its period. method: a row of the table of methods.
@@ -141,6 +140,7 @@ class VehicleNavigator(SharedSettings):
         center: [m] of the origin of the body ahead of the axle.
         horizon, margin, holds and others: see `Settings`. limits: of the point; None: all that the wheels may do.
         reverse_after: [s] without progress after which it leaves its place, backwards where it must.
+        contact_at_rest: whether contacts with `Tracks` count while it stands.
     """
 
     vehicle: Vehicle
@@ -150,6 +150,7 @@ class VehicleNavigator(SharedSettings):
     _: KW_ONLY
     limits: Limits | None = None
     reverse_after: float = 3.0
+    contact_at_rest: bool = False
 
     def __post_init__(self) -> None:
         has(self.vehicle, ("lever", "wheels"), "a vehicle, such as DifferentialDrive", "vehicle")
@@ -161,7 +162,8 @@ class VehicleNavigator(SharedSettings):
             has(self.limits, *LIMITS, "limits")
         check_fields(self)
         object.__setattr__(self, "reverse_after", not_negative(self.reverse_after, "reverse_after"))
-        self._navigators  # noqa: B018  # refuses what a navigator refuses
+        object.__setattr__(self, "contact_at_rest", flag(self.contact_at_rest, "contact_at_rest"))
+        self._navigator  # noqa: B018  # refuses what a navigator refuses
 
     @property
     def period(self) -> float:
@@ -184,35 +186,14 @@ class VehicleNavigator(SharedSettings):
         return self.body.parts[0].radius
 
     @cached_property
-    def _navigators(self) -> tuple[Navigator, ...]:
-        around = self.corners - np.array([self.vehicle.lever, 0.0])
-        most = float(np.hypot(*around.T).max()) + self.rounding
-        least = float(np.ptp(self.corners[:, 1])) / 2.0 + self.rounding
-        return tuple(
-            Navigator(
-                self.method,
-                Disc(least + growth * (most - least)),
-                self.limits or self.vehicle.limits,
-                period=self.period,
-                **self.shared | {"margin": self.margin + PLAN_RESERVE},
-            )
-            for growth in dict.fromkeys(GROWTHS if most > least else (0.0,))
+    def _navigator(self) -> Navigator:
+        return Navigator(
+            self.method,
+            Disc(float(np.ptp(self.corners[:, 1])) / 2.0 + self.rounding),
+            self.limits or self.vehicle.limits,
+            period=self.period,
+            **self.shared | {"margin": self.margin + PLAN_RESERVE},
         )
-
-    def _proposing(self, pose: Pose) -> Iterator[Navigator]:
-        """The navigators of the point in the order in which their plans are tried."""
-        yield from self._navigators
-        if len(self._navigators) > 1:
-            first, e = self._navigators[0], pose.direction
-            ahead = [0.0, float(self.corners[:, 0].min()) - self.vehicle.lever]
-            ahead.append(float(self.corners[:, 0].max()) - self.vehicle.lever)
-            # Ends of the capsule as far within the body as its radius.
-            low, high = min(ahead) + first.robot.bounding_radius, max(ahead) - first.robot.bounding_radius
-            low, high = min(0.0, low), max(0.0, high)
-            for turn in TURN_RESERVES if high > low else ():
-                yield replace(
-                    first, robot=Capsule(low * e, high * e, first.robot.bounding_radius + turn * (high - low))
-                )
 
     def decide(
         self,
@@ -241,17 +222,13 @@ class VehicleNavigator(SharedSettings):
         has(pose, *POSE, "pose")
         if goal is not None:
             has(goal, *GOAL, "goal")
-            refuse_goal(goal, self._navigators[0].limits, turns=True)
+            refuse_goal(goal, self._navigator.limits, turns=True)
         number(now, "now")
         not_negative(delay, "delay")
         if previous is not None:
             has(previous, ("manoeuvre", "motions", "track"), "a VehicleDecision", "previous")
         further = {"robots": robots, "objective": objective, "budget": budget}
         moment = self._moment(pose, obstacles, goal, now, previous, delay, further)
-        if previous is not None and previous.until is not None and moment.now < previous.until - TIME:
-            going_on = self._going_on(moment, previous)
-            if (found := self._judged(moment, going_on)) == np.inf:
-                return self._decided(moment, going_on, found, Outcome.CONTINUED)
         overlapped = moment.bodies.at_rest & (moment.gaps < -self._contact_depth)
         if overlapped.any():
             return self._leaving(moment, np.unique(moment.bodies.owner[overlapped]))
@@ -269,16 +246,20 @@ class VehicleNavigator(SharedSettings):
     ) -> Moment:
         """The inputs at the time at which the decision acts."""
         acts = now + self.vehicle.delay
+        if not self.contact_at_rest:
+            obstacles = [one.passive() if isinstance(one, Tracks) else one for one in listed(obstacles)]
         before = None if previous is None else previous.track
         track = estimated(self.vehicle, pose.motion, now - delay, acts, before, self.horizon)
         pose = pose_of(track[-1, 1:])
         state = self.vehicle.state(pose)
-        window = self._navigators[0].predict(obstacles, state, acts)
+        window = self._navigator.predict(obstacles, state, acts)
         same_dimension(window.dimension, 2, "obstacles", "pose")
         bodies = window.bodies(Disc(self.rounding))
         gaps = kernels.pose_gaps(pose.motion[:3], self.corners, bodies, bodies.hulls)
         aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
-        return Moment(pose, track[:-1], state, obstacles, window, goal, aim, acts, previous, bodies, gaps, further)
+        commitment = None if previous is None else previous.plan
+        plan = self._navigator.decide(state, obstacles, aim, now=acts, previous=commitment, **further)
+        return Moment(pose, track[:-1], state, plan, window, goal, aim, acts, previous, bodies, gaps)
 
     def _chosen(self, moment: Moment) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps nothing."""
@@ -288,17 +269,32 @@ class VehicleNavigator(SharedSettings):
             return self._decided(moment, on_way, np.inf, on_way.outcome)
         found, best = self._latest(moment, self._proposals(moment, leaves=False), keep)
         target = self._target(moment)
-        stays = found == np.inf and best.plan is not None and self._stays(moment, best.plan)
-        if stays and (away := self._held(moment, keep, target, np.inf, moves=True)) is not None:
-            return self._decided(moment, away, np.inf, Outcome.CONSTRAINED, no_way)
-        least = np.inf if found < np.inf else self._improvement(moment, best, target)
-        if least > -np.inf and (held := self._held(moment, keep, target, least, moves=False)) is not None:
-            return self._decided(moment, held, np.inf, Outcome.CONSTRAINED, no_way)
+        held: Proposal | None = None
+        if found == np.inf and best.plan is not None and self._stays(moment, best.plan):
+            held = self._held(moment, keep, target, np.inf, moves=True)
+        if held is None:
+            least = np.inf if found < np.inf else self._improvement(moment, best, target)
+            held = self._going_on_or_held(moment, keep, target, least) if least > -np.inf else None
+        if held is not None:
+            return self._decided(moment, held, np.inf, self._outcome(moment, held, keep), no_way)
         if found < np.inf:
+            stop = self._braking(moment)
+            known = np.where(moment.bodies.at_rest, keep, -np.inf)
+            if not moment.bodies.at_rest.all() and self._contact(moment, stop.motions, known) == np.inf:
+                found = self._contact(moment, stop.motions, keep)
+                return self._decided(moment, stop, found, Outcome.BRAKING, no_way)
             return self._decided(moment, best, found, Outcome.DELAYED, no_way)
         safe = best.plan is not None and best.plan.safe and best.manoeuvre is best.plan.manoeuvre
-        outcome = best.plan.outcome if best.plan and safe else Outcome.CONTINUED
-        return self._decided(moment, best, found, outcome, no_way)
+        return self._decided(
+            moment, best, found, best.plan.outcome if best.plan and safe else Outcome.CONTINUED, no_way
+        )
+
+    def _outcome(self, moment: Moment, held: Proposal, keep: Array) -> Outcome:
+        """CONSTRAINED for a held motion that stays clear at its end, STOPPING for one that is clear while it moves."""
+        each = moment.bodies.each.copy()
+        each["at_rest"] = True
+        lasting = moment._replace(bodies=moment.bodies._replace(each=each))
+        return Outcome.CONSTRAINED if self._contact(lasting, held.motions, keep) == np.inf else Outcome.STOPPING
 
     def _improvement(self, moment: Moment, plan: Proposal, way: Array) -> float:
         """The cost [m] below which a held motion replaces a clear one; -inf: none does.
@@ -362,7 +358,7 @@ class VehicleNavigator(SharedSettings):
         rests = np.array([one.at_rest for one in moment.window.obstacles], np.bool_)[moment.bodies.owner]
         least = np.where(rests, np.minimum(keep, ADVANCE_SHARE * self._contact_depth), keep)
         for share in WAY_SPEEDS if waits else WAY_SPEEDS[:1]:
-            fastest = share * self._navigators[0].limits.max_speed
+            fastest = share * self._navigator.limits.max_speed
             motions, on = followed(self.vehicle, moment.pose.motion, way, moment.now, fastest, self._periods)
             for outcome, kept in ((Outcome.KEPT, keep), (Outcome.SQUEEZED, least)):
                 if self._contact(moment, motions, kept) == np.inf:
@@ -399,26 +395,17 @@ class VehicleNavigator(SharedSettings):
 
     def _proposals(self, moment: Moment, leaves: bool) -> Iterator[Proposal]:
         """Motions in the order in which they are tried; `leaves`: of a body that overlaps obstacles."""
-        previous = moment.previous
-        before = None if previous is None else previous.plan
-        unsafe, made = list[Decision](), list[Manoeuvre]()
-        for navigator in self._proposing(moment.pose):
-            plan = navigator.decide(
-                moment.state, moment.obstacles, moment.aim, now=moment.now, previous=before, **moment.further
-            )
-            if not plan.safe:
-                # The shape overlaps an obstacle, which the body need not do.
-                unsafe.append(plan)
-            elif not any(plan.manoeuvre is other for other in made):
-                made.append(plan.manoeuvre)
-                yield self._following(moment, plan)
-        goes_on = [] if previous is None else [self._going_on(moment, previous)]
-        others = [self._following(moment, plan) for plan in unsafe]
-        yield from others + goes_on if leaves else goes_on + others
+        following = self._following(moment, moment.plan)
+        goes_on = [] if moment.previous is None else [self._going_on(moment, moment.previous)]
+        yield from [following, *goes_on] if moment.plan.safe or leaves else [*goes_on, following]
+        yield self._braking(moment)
+
+    def _braking(self, moment: Moment) -> Proposal:
+        """The motion that brakes to rest."""
         state = moment.state
         brake = max(self.period, hypot(*state.velocity) / self.vehicle.wheels.max_acceleration)
         stop = AccelerateThenBrake(self.period, brake)
-        yield self._planned(moment, Manoeuvre(stop, state, -state.velocity / (brake + self.period), moment.now))
+        return self._planned(moment, Manoeuvre(stop, state, -state.velocity / (brake + self.period), moment.now))
 
     def _following(self, moment: Moment, plan: Decision) -> Proposal:
         """The motion that follows a plan of the point."""
@@ -432,51 +419,53 @@ class VehicleNavigator(SharedSettings):
 
     def _going_on(self, moment: Moment, previous: VehicleDecision) -> Proposal:
         """The motion that follows the previous manoeuvre further."""
-        return self._planned(moment, previous.manoeuvre)._replace(plan=previous.plan, until=previous.until)
+        return self._planned(moment, previous.manoeuvre)._replace(plan=previous.plan)
+
+    def _going_on_or_held(self, moment: Moment, keep: Array, target: Array, least: float) -> Proposal | None:
+        """The held motion that is clear and costs less than `least` [m], the last one if others are hardly better."""
+        before = moment.previous
+        if before is None or not before.held or moment.plan.stalled >= self.reverse_after:
+            return self._held(moment, keep, target, least, moves=False)
+        last = self._going_on(moment, before)._replace(plan=None, held=True)
+        cost = self._cost(last.motions[-1:], target)
+        if cost >= least or self._contact(moment, last.motions, keep) < np.inf:
+            return self._held(moment, keep, target, least, moves=False)
+        better = cost - GAIN * self.horizon * self.vehicle.limits.max_speed
+        return self._held(moment, keep, target, better, moves=False) or last
+
+    @cached_property
+    def _window(self) -> Array:
+        """What is held (n, 3): speed [m/s], turn, number of periods."""
+        periods = [max(1, round(share * self._periods)) for share in HELD_FOR]
+        return np.array([(v, turn, n) for n in periods for v, turn in self.vehicle.holds], np.float64)
 
     def _held(self, moment: Moment, keep: Array, target: Array, least: float, moves: bool) -> Proposal | None:
-        """The clear motion that holds a speed and a turn, and ends nearest to the target (2,) [m]; None: there is none.
+        """The clear motion that holds a speed and a turn, brakes, and ends nearest to the target; None: there is none.
 
         least: [m] cost below which it has to be. moves: only motions that lead away from here.
         """
-        best: Proposal | None = None
-        for share in HELD_FOR:
-            periods = max(1, round(share * self.horizon / self.period))
-            for speed, turn in self.vehicle.holds:
-                motions = kernels.held(self.vehicle.wheels, moment.pose.motion, speed, turn, periods, self._periods)
-                cost = self._cost(motions, target)
-                if cost >= least or (moves and hypot(*(motions[-1, :2] - moment.pose.position)) < self.vehicle.lever):
-                    continue
-                if self._contact(moment, motions, keep) == np.inf:
-                    manoeuvre, until = (
-                        manoeuvre_of(self.vehicle, motions, moment.now),
-                        moment.now + HELD_FOR[0] * self.horizon,
-                    )
-                    best, least = Proposal(motions, manoeuvre, None, until), cost
-        return best
+        wheels, start = self.vehicle.wheels, moment.pose.motion
+        costs, ways = kernels.window_costs(
+            wheels, start, self._window, self._periods, target, self.vehicle.turning_radius
+        ).T
+        changes = np.abs(self._window[:, :2] - start[3:]) * (1.0, self.vehicle.lever)
+        costs = costs + changes @ CHANGE_TIMES
+        some = costs < least
+        if moves:
+            some &= ways >= self.vehicle.lever
+        order = np.argsort(costs, kind="stable")
+        order = order[some[order]]
+        more = np.where(moment.bodies.at_rest, keep, keep + HELD_RESERVE)
+        k = kernels.first_clear(wheels, start, self._window, order, self._periods, *self._scene(moment, more))
+        if k < 0:
+            return None
+        speed, turn, periods = self._window[k].tolist()
+        motions = kernels.held(wheels, start, speed, turn, int(periods), self._periods)
+        return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), held=True)
 
     def _cost(self, motions: Array, way: Array) -> float:
-        """Least way [m] to the end of a polyline (m, 2) [m] on motions (k, 5).
-
-        It is the distance from the polyline, the rest of it, and what the heading has to turn towards what is ahead.
-        """
-        places = motions[:, :2]
-        steps, lengths = np.diff(way, axis=0), np.hypot(*np.diff(way, axis=0).T)
-        at, rest = np.concatenate([[0.0], np.cumsum(lengths)]), np.zeros(len(places))
-        distance, ahead = np.hypot(*(way[-1] - places).T), np.broadcast_to(way[-1], places.shape)
-        if len(steps):
-            off = places[:, None] - way[:-1]
-            share = np.clip((off * steps).sum(axis=2) / np.maximum(lengths**2, TINY), 0.0, 1.0)
-            distances = np.hypot(*np.moveaxis(off - share[..., None] * steps, 2, 0))
-            left = at[-1] - at[:-1] - share * lengths
-            k = np.argmin(distances + left * NEARER, axis=1)
-            row = np.arange(len(places))
-            distance, rest = distances[row, k], left[row, k]
-            further = at[-1] - rest + self.vehicle.turning_radius
-            ahead = np.stack([np.interp(further, at, way[:, axis]) for axis in range(2)], axis=1)
-        x, y = (ahead - places).T
-        bearing = np.abs((np.arctan2(y, x) - motions[:, 2] + np.pi) % (2.0 * np.pi) - np.pi)
-        return float((distance + rest + self.vehicle.turning_radius * np.minimum(bearing, 1.0)).min())
+        """The least way [m] that is left to the end of a polyline (m, 2) [m] on motions (k, 5)."""
+        return float(kernels.least_left(motions, way, self.vehicle.turning_radius))
 
     def _target(self, moment: Moment) -> Array:
         """The polyline (m, 2) [m] to where the middle of the axle heads for; its own place without a goal.
@@ -502,7 +491,7 @@ class VehicleNavigator(SharedSettings):
         deep. Those that move are left out where it would otherwise hit another obstacle before it can stop.
         """
         moving = [k for k in overlapped.tolist() if is_moving(moment.window.obstacle(k), moment.now)]
-        to_stop = self.period + abs(moment.pose.speed) / self._navigators[0].limits.braking
+        to_stop = self.period + abs(moment.pose.speed) / self._navigator.limits.braking
         proposals = [*self._proposals(moment, leaves=True), *self._every_held(moment)]
         inside = np.flatnonzero(moment.bodies.at_rest & (moment.gaps < -self._contact_depth))
         ends = [float(self._gaps(moment, one.motions[-1])[inside].min()) for one in proposals]
@@ -574,7 +563,7 @@ class VehicleNavigator(SharedSettings):
         if plan.stalled < self.reverse_after or moment.aim is None:
             return False
         lasting = [each for each in moment.window.obstacles if each.at_rest]
-        alone = self._navigators[0].decide(moment.state, lasting, moment.aim, now=moment.now)
+        alone = self._navigator.decide(moment.state, lasting, moment.aim, now=moment.now)
         motions = self._following(moment, alone).motions
         return self.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever
 
@@ -592,52 +581,30 @@ class VehicleNavigator(SharedSettings):
         no_way: WayFound | None = None,
     ) -> VehicleDecision:
         """The decision for a motion that was judged."""
-        plan, motions = proposal.plan, proposal.motions
+        plan, motions = proposal.plan or moment.plan, proposal.motions
         previous = moment.previous
         if no_way is None and proposal.way is None and previous is not None and moment.goal is not None:
             no_way = previous.no_way if same_goal(previous.goal, moment.goal, moment.now) else None
-        base = plan
-        if base is None:
-            base = self._navigators[0].decide(
-                moment.state,
-                moment.obstacles,
-                moment.aim,
-                now=moment.now,
-                previous=None if previous is None else previous.plan,
-                **moment.further,
-            )
-        else:
-            base = self._renewed(moment, base)
+        if proposal.plan is not None and proposal.plan is not moment.plan:
+            # It goes on with a plan that was made before: its progress is that of now.
+            now = moment.plan
+            plan = replace(plan, inputs=now.inputs, approach=now.approach, progress=now.progress)
         times = moment.now + self.period * np.arange(len(motions))
         track = np.concatenate([moment.track, np.column_stack([times, motions])])
-        known = {**base.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
+        known = {**plan.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
         return VehicleDecision(
             **{name: known[name] for name in Decision.__dataclass_fields__},
             command=self.vehicle.command(motions[0], motions[1]),
             motions=motions,
             first_contact=first_contact,
             acts_at=moment.now,
-            plan=base,
-            until=proposal.until,
+            plan=plan,
             track=track,
             goal=moment.goal,
             way=proposal.way,
             no_way=no_way,
+            held=proposal.held,
         )
-
-    def _renewed(self, moment: Moment, plan: Decision) -> Decision:
-        """A plan with the present inputs, and with the progress of a vehicle on which it goes on since it was made."""
-        assert plan.inputs is not None
-        if plan.inputs.now == moment.now:
-            return plan
-        kept = on_way_to(plan, moment.aim)
-        assert kept is not None
-        approach, around = kept.approach, tuple(listed(moment.obstacles))
-        if kept.progress is not None or not isinstance(moment.aim, PathGoal):
-            speed = self._navigators[0].limits.max_speed
-            approach = approach_of(moment.aim, moment.state, kept.progress, speed, moment.now, approach)
-        inputs = plan.inputs._replace(state=moment.state, obstacles=around, goal=moment.aim, now=moment.now)
-        return replace(kept, inputs=inputs, approach=approach)
 
     def _judged(self, moment: Moment, proposal: Proposal, keep: Array | None = None) -> float:
         """Time [s] of the first contact of the body on a motion, with the margin that it can keep."""
@@ -645,10 +612,9 @@ class VehicleNavigator(SharedSettings):
 
     def _contact(self, moment: Moment, motions: Array, keep: Array) -> float:
         """Time [s] of the first contact of the body on motions (k, 5), `keep` (b,) [m] being kept."""
-        samples = kernels.sampled(self.vehicle.wheels, motions, PARTS, self._size)
-        moves = np.flatnonzero(samples[:, 6] > REST_WAY)
-        step = self.period / PARTS
-        rest = step * (moves[-1] + 1) if len(moves) else 0.0
+        return float(kernels.contact_of(self.vehicle.wheels, motions, *self._scene(moment, keep)))
+
+    def _scene(self, moment: Moment, keep: Array) -> tuple[Any, ...]:
+        """The arguments of kernels that look for contacts of the body."""
         advance, bodies = ADVANCE_SHARE * self._contact_depth, moment.bodies
-        scene = self.corners, bodies, bodies.hulls
-        return float(kernels.first_contact(samples, step, rest, *scene, keep, advance, self.horizon))
+        return PARTS, self._size, self.corners, bodies, bodies.hulls, keep, advance, self.horizon

@@ -10,6 +10,12 @@ from slalom.kernels.arrays import Array, Bodies, MaybeHulls
 from slalom.kernels.geometry.cubic import value
 from slalom.kernels.jit import kernel
 
+NOT_NEARER = 0.003
+"""[1] How much nearer than if it stayed a vehicle may come to what counts only while it moves, in sizes of its body.
+
+Larger: nearer by that much in each decision. Smaller: rounding of its motion counts as approach.
+"""
+
 
 @kernel
 def to_edge(px: float, py: float, ax: float, ay: float, bx: float, by: float) -> float:
@@ -207,7 +213,8 @@ def first_contact(
     samples: (n, 7) as of `driving.sampled`, `step` [s] apart. keep: (b,) [m] clearance from each body, with the radius
     of the hull; below 0 the depth to which it may overlap. advance: [m] least way between two tests: a body may come
     nearer than `keep` by up to half of it in between. rest: [s] from which on contacts do not count that count
-    only while the robot moves. cap: [s] a contact later than this need not be found.
+    only while the robot moves. Those bodies may come nearer than `keep` where they would come as near to a hull that
+    stays; that is tested at the rows of samples. cap: [s] a contact later than this need not be found.
     """
     p, q = buffers(corners, hulls)
     size = size_of(corners)
@@ -232,6 +239,11 @@ def first_contact(
                 share = (t - t0) / width
                 radius = bodies.each[b].radius + pieces.radius[s] + pieces.growth[s] * share
                 left = gap(pose, size, corners, bodies, hulls, s, share, p, q) - radius - keep[b]
+                if left < 0.0 and not bodies.each[b].at_rest:
+                    here = gap(samples[0, :3], size, corners, bodies, hulls, s, share, p, q) - radius
+                    if here - (left + keep[b]) <= NOT_NEARER * size:
+                        t = stop if k == last else min((k + 1) * step, stop)
+                        continue
                 if left < 0.0:
                     first = t
                     end = t

@@ -277,6 +277,9 @@ def held(w: Wheels, start: Array, speed: float, turn: float, periods: int, count
     for k in range(count):
         m = motions[k]
         keeps = turn
+        if k >= periods and m[3] == 0.0 and m[4] == 0.0:
+            motions[k + 1] = m
+            continue
         if k >= periods:
             # A drive that brakes keeps its curvature, a bicycle its steering angle.
             speed = 0.0

@@ -136,6 +136,7 @@ class TracksSpec(Built):
     shares: list[NotNegative] | None = None
     braking: list[NotNegative] | None = None
     probabilities: list[Positive] | None = None
+    contact_at_rest: bool = True
 
     def build(self) -> Tracks:
         values = {key: built(value) for key, value in self if key not in ("dimension", "uncertainties")}
