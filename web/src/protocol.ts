@@ -99,7 +99,6 @@ export interface Control {
   target: Vector | null;
   preferred: Vector;
   chosen: Vector | null;
-  chosen_label: string;
   sentences: string[];
   first: number;
   binding: { other: number; time: number; clearance: number }[];

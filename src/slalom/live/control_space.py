@@ -260,7 +260,6 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         "target": None if seen.target is None else seen.target.tolist(),
         "preferred": controls.preferred.tolist(),
         "chosen": None if controls.chosen is None else controls.chosen.tolist(),
-        "chosen_label": controls.label,
         "sentences": list(told.sentences),
         "first": told.first,
         "binding": [{"other": m.other, "time": m.time, "clearance": m.clearance} for m in told.binding],

@@ -31,7 +31,15 @@ from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.simulate import Run, by_name
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import clearances
-from slalom.view.control_space import DrawnControls, kind, preferred_of, target_of
+from slalom.view.control_space import (
+    DrawnControls,
+    Known,
+    beginning_of,
+    drawn_controls,
+    kind,
+    known_at,
+    responses_of,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The log of a run.
@@ -116,28 +124,8 @@ class Other(NamedTuple):
         return self.obstacle.name or f"{self.kind} {self.number}"
 
 
-class Known(NamedTuple):
-    """What a robot knew at a decision, and what it decided.
-
-    Attributes:
-        goal: what it drove to until the next decision, at most at `max_speed` [m/s].
-        blocked: the control obstacle of the decision, or of any response to take its obstacles and margins from.
-        others: those of `blocked`. preferred: (d,) by the decision; None: that of the objective.
-        manoeuvre: the committed one; None if none is known.
-    """
-
-    navigator: Navigator
-    goal: Goal
-    max_speed: float
-    blocked: ControlObstacle
-    others: tuple[Other, ...]
-    manoeuvre: Manoeuvre | None
-    preferred: Array | None
-
-    @property
-    def time(self) -> float:
-        """The time [s] of the decision."""
-        return self.blocked.obstacles.start
+Among = tuple[Known, tuple[Other, ...]]
+"""What a robot knew at a decision, and the others of its control obstacle."""
 
 
 class Knowledge:
@@ -183,12 +171,9 @@ class Knowledge:
         every = self._scenario.steps_per_decision
         made = k // every
         if self._single:
-            last = alone(self._scenario, self._single[made])
-            begun = made
-            while begun and self._single[begun - 1].manoeuvre is self._single[made].manoeuvre:
-                begun -= 1
-            first = last if begun == made else alone(self._scenario, self._single[begun])
-            return seen_of(self._scenario, k, robot, self._single[made].outcome.name, last, first, number)
+            decision = self._single[made]
+            last, first = (alone(self._scenario, known) for known in (known_at(decision), beginning_of(decision)))
+            return seen_of(self._scenario, k, robot, decision.outcome.name, last, first, number)
         row, fleet = self._rows[robot], cast(FleetDecider, self._decider).fleet
         decided = [j for j in range(made + 1) if row in self._tables[j]]
         outcomes = {j: steps[every * j].outcomes[robot] for j in decided}
@@ -201,28 +186,17 @@ class Knowledge:
         return seen_of(self._scenario, k, robot, outcomes[decided[-1]], last, first, number)
 
 
-def alone(scenario: Scenario, decision: Decision) -> Known:
-    """What the only robot of a scenario knew at a decision."""
-    made, blocked = decision.inputs, decision.blocked
-    assert made is not None
-    navigator = cast(Navigator, made.navigator)
-    state, now = made.state, made.now
-    if blocked.obstacles.start != now:
-        # A sequence that is kept holds the control obstacle of its start.
-        window = navigator.predict(made.obstacles, state, now)
-        blocked = navigator.control_obstacle(_responses(navigator)[0], window, state)
-    window, progress = blocked.obstacles, None if made.previous is None else made.previous.progress
-    goal = Goal(Stationary(state.position)) if made.goal is None else made.goal
-    target, max_speed = target_of(goal, navigator, state, window, progress)
-    margins = np.broadcast_to(np.asarray(blocked.margin), (len(window),)).tolist()
-    numbers = numbers_of(scenario, window.obstacles, now)
-    others = tuple(Other(*number, *more) for number, *more in zip(numbers, window.obstacles, margins))
-    return Known(navigator, target, max_speed, blocked, others, decision.manoeuvre, decision.preferred)
+def alone(scenario: Scenario, known: Known) -> Among:
+    """What the only robot of a scenario knew at a decision, and the others in the scenario."""
+    window = known.blocked.obstacles
+    margins = np.broadcast_to(np.asarray(known.blocked.margin), (len(window),)).tolist()
+    numbers = numbers_of(scenario, window.obstacles, known.time)
+    return known, tuple(Other(*number, *more) for number, *more in zip(numbers, window.obstacles, margins))
 
 
 def among(
     scenario: Scenario, fleet: Fleet, row: int, known: tuple[RobotTable, Obstacles], step: Step, now: float, robot: int
-) -> Known:
+) -> Among:
     """What a robot (row) of a fleet knew at its decision `now` [s], as its fleet held it."""
     table, obstacles = known
     members, d = fleet.members, fleet.dimension
@@ -246,7 +220,7 @@ def among(
     if outcome not in OLD and not isinstance(response, str):
         manoeuvre = Manoeuvre(response, state, step.controls[robot], now)
     else:
-        response = _responses(navigator)[0]
+        response = responses_of(navigator)[0]
     margins = np.append(np.full(len(foreseen), each["margin"]), np.full(len(robots), each["margin_among"]))
     if outcome in ("SQUEEZED", "DELAYED"):
         margins[:] = 0.0
@@ -267,11 +241,7 @@ def among(
     goal: Goal = scenario.robots[robot].goal
     if isinstance(goal, PathGoal) or not (each["final"] and each["moving"]):
         goal = Goal(Stationary(each["target"][:d] + by), float(each["tolerance"]), bool(each["stop"]))
-    return Known(navigator, goal, float(each["max_speed"]), blocked, others, manoeuvre, None)
-
-
-def _responses(navigator: Navigator) -> tuple[Response, ...]:
-    return navigator.method.responses(navigator.limits, navigator.period, navigator.holds)
+    return Known(navigator, goal, float(each["max_speed"]), blocked, manoeuvre, None), others
 
 
 def numbers_of(scenario: Scenario, known: Sequence[Obstacle], now: float) -> list[tuple[str, int]]:
@@ -313,7 +283,7 @@ class Seen:
         step: of the run. outcome: name of the `Outcome`, "" if none is known.
         age: [s] of the committed manoeuvre. manoeuvre: it; None if none is known.
         target: (d,) [m] where the robot drives instead of where its goal was at the start; None: there.
-        responses: those that the robot compares. others: of the control obstacle `blocked` of one of them.
+        responses: those that the robot compares. others: of the control obstacle that is drawn.
     """
 
     step: int
@@ -325,8 +295,12 @@ class Seen:
     responses: tuple[Response, ...]
     others: tuple[Other, ...]
     manoeuvre: Manoeuvre | None
-    blocked: ControlObstacle
     controls: DrawnControls
+
+    @property
+    def blocked(self) -> ControlObstacle:
+        """The control obstacle that is drawn."""
+        return self.controls.blocked
 
     @property
     def time(self) -> float:
@@ -372,43 +346,29 @@ class Seen:
 
 
 def seen_of(
-    scenario: Scenario, step: int, robot: int, outcome: str, last: Known, first: Known, number: int = -1
+    scenario: Scenario, step: int, robot: int, outcome: str, last: Among, first: Among, number: int = -1
 ) -> Seen:
     """Return the decision `last`, whose manoeuvre began with the decision `first`, in a control space.
 
-    That of the response `number` at the last decision; -1: that of the manoeuvre, from which it was chosen. The chosen
-    control has a meaning only there.
+    That of the response `number` at the last decision; -1: that of the manoeuvre, from which it was chosen.
     """
-    responses = _responses(last.navigator)
+    latest, manoeuvre = last[0], first[0].manoeuvre
+    responses = responses_of(latest.navigator)
     selected = 0 <= number < len(responses)
-    known = last if selected else first
-    navigator, state = known.navigator, known.blocked.state
-    begun = known.manoeuvre
-    response = responses[number] if selected else known.blocked.response
-    own = begun is not None and begun.start == known.time and begun.response == response
-    blocked = known.blocked
-    if response != blocked.response:
-        blocked = navigator.control_obstacle(response, blocked.obstacles, state, np.asarray(blocked.margin))
-    admissible = navigator.limits.admissible(response, state, navigator.horizon)
-    preferred = known.preferred if own else None
-    if preferred is None:
-        situation = navigator.situation(response, state, known.goal, known.time)
-        preferred = preferred_of(navigator, situation, known.max_speed)
-    chosen = begun.control if own and begun is not None else None
-    target = last.goal.position(last.time)
+    known, others = last if selected else first
+    target = latest.goal.position(latest.time)
     moved = (target != scenario.robots[robot].goal.position(scenario.start)).any()
     return Seen(
         step,
         robot,
         outcome,
-        0.0 if first.manoeuvre is None else last.time - first.manoeuvre.start,
+        0.0 if manoeuvre is None else latest.time - manoeuvre.start,
         target if moved else None,
-        navigator,
+        known.navigator,
         responses,
-        known.others,
-        first.manoeuvre,
-        blocked,
-        DrawnControls(admissible, preferred, chosen, "" if chosen is None else "chosen"),
+        others,
+        manoeuvre,
+        drawn_controls(known, responses[number] if selected else None),
     )
 
 

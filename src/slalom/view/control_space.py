@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,12 @@ from matplotlib.path import Path as Outline
 from slalom.base.checks import Array, vector
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
-from slalom.decision.objective import Situation, preferred_control
+from slalom.decision.objective import preferred_control
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible
+from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import (
     AccelerateThenBrake,
@@ -35,7 +36,7 @@ from slalom.model.response import (
 )
 from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import Part
-from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle.window import ObstacleWindow
 from slalom.view.style import (
     FAINT,
@@ -206,7 +207,6 @@ def control_space(
     extent: Extent | None = None,
     resolution: int = 201,
     elements: Sequence[float] = (),
-    chosen_label: str = "chosen",
     decorations: bool = True,
 ) -> Axes:
     """Draw the control obstacle by time to collision, the admissible set, and the preferred and chosen controls.
@@ -220,7 +220,6 @@ def control_space(
         extent: x from, x to, y from, y to in the same unit; by default the admissible set and its surroundings.
         resolution: number of grid points along each axis, at least 2.
         elements: times [s] from now whose temporal elements are drawn as faint circles.
-        chosen_label: legend entry of the filled marker.
         decorations: whether to draw labels, legend and colour bar.
 
     Returns:
@@ -247,7 +246,7 @@ def control_space(
         )
         for t in elements:
             _element(ax, blocked, float(t), height)
-        handles = _controls(ax, blocked, preferred_control, chosen_control, (left, right, low, high), chosen_label)
+        handles = _controls(ax, blocked, preferred_control, chosen_control, (left, right, low, high))
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         if decorations:
@@ -384,7 +383,6 @@ def _controls(
     preferred: Array | None,
     chosen: Array | None,
     extent: Extent,
-    chosen_label: str,
 ) -> list[Line2D]:
     """Draw markers of the controls; return their legend entries.
 
@@ -395,7 +393,7 @@ def _controls(
     corner, opposite = np.array(extent[0::2]), np.array(extent[1::2])
     inset = 0.02 * (opposite - corner)
     height = None if blocked.dimension == 2 else _through(preferred, chosen)
-    for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", chosen_label)):
+    for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", "chosen")):
         if point is None:
             continue
         outside = bool(np.any((point[:2] < corner) | (point[:2] > opposite)))
@@ -453,61 +451,88 @@ def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Admissible set, preferred and chosen control of a decision, in the control space that is drawn.
+# What is drawn of a decision: for figures and the view alike.
+
+
+class Known(NamedTuple):
+    """What a robot knew at a decision, and what it decided.
+
+    Attributes:
+        goal: what it drove to until the next decision, at most at `max_speed` [m/s].
+        blocked: the control obstacle of the decision, or of any response to take its obstacles and margins from.
+        preferred: (d,) by the decision; None: that of the objective. manoeuvre: the committed one; None if unknown.
+    """
+
+    navigator: Navigator
+    goal: Goal
+    max_speed: float
+    blocked: ControlObstacle
+    manoeuvre: Manoeuvre | None
+    preferred: Array | None
+
+    @property
+    def time(self) -> float:
+        """The time [s] of the decision."""
+        return self.blocked.obstacles.start
 
 
 class DrawnControls(NamedTuple):
-    """Controls in the control space that is drawn; `label` describes the chosen one."""
+    """Controls in the control space of `blocked`; `chosen` is None where the chosen control has no meaning."""
 
+    blocked: ControlObstacle
     admissible: Admissible
     preferred: Array
     chosen: Array | None
-    label: str
 
 
-def target_of(
-    goal: Goal, navigator: Navigator, state: State, window: ObstacleWindow, progress: float | None
-) -> tuple[Goal, float]:
-    """Return what a robot drives to until its next decision, and the largest speed [m/s] there.
+def known_at(decision: Decision) -> Known:
+    """Return what the robot knew at the time of a decision.
 
-    On a path this is a point ahead, as `Navigator.decide` takes it; `progress` [m] is that of the decision, or None.
+    Raises:
+        InvalidInput: a decision that no navigator made.
     """
-    limits = navigator.limits
-    if not isinstance(goal, PathGoal):
-        return goal, limits.max_speed
-    step = navigator.step_along(goal, state, window, progress)
-    return step.goal, step.max_speed
+    made, blocked = decision.inputs, decision.blocked
+    if made is None:
+        raise InvalidInput("decision: expected one that a navigator made, found one without inputs")
+    navigator, state = cast(Navigator, made.navigator), made.state
+    if blocked.obstacles.start != made.now:
+        # A sequence that is kept holds the control obstacle of its start.
+        window = navigator.predict(made.obstacles, state, made.now)
+        blocked = navigator.control_obstacle(responses_of(navigator)[0], window, state)
+    goal = Goal(Stationary(state.position)) if made.goal is None else made.goal
+    max_speed = navigator.limits.max_speed
+    if isinstance(goal, PathGoal):
+        progress = None if made.previous is None else made.previous.progress
+        step = navigator.step_along(goal, state, blocked.obstacles, progress)
+        goal, max_speed = step.goal, step.max_speed
+    return Known(navigator, goal, max_speed, blocked, decision.manoeuvre, decision.preferred)
 
 
-def preferred_of(navigator: Navigator, situation: Situation, max_speed: float) -> Array:
-    """Return the control (d,) that the objective prefers with this largest speed [m/s]."""
-    limits = replace(situation.limits, max_speed=max_speed)
-    return preferred_control(navigator.objective.aims(replace(situation, limits=limits)))
+def beginning_of(decision: Decision) -> Known:
+    """Return what the robot knew when it began the manoeuvre of a decision; that of now if that decision is unknown."""
+    begun = decision.begun
+    return known_at(decision if begun is None or begun.inputs is None else begun)
 
 
-def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> DrawnControls:
-    """Return the controls of a decision, in the control space of `decision.blocked`.
+def drawn_controls(known: Known, response: Response | None = None) -> DrawnControls:
+    """Return the controls of a decision in the control space of a response; None: of that of its control obstacle.
 
-    A manoeuvre may belong to another response or an earlier time, where its control has no meaning. The chosen control
-    then is the one applied over this period.
+    The chosen control has a meaning only in the control space from which it was chosen: of its response, at its start.
     """
-    blocked = decision.blocked
-    response = blocked.response
+    navigator, blocked, begun = known.navigator, known.blocked, known.manoeuvre
     state = blocked.state
-    now = blocked.obstacles.start
-    admissible = navigator.limits.admissible(response, state, navigator.horizon)
-    preferred = decision.preferred
-    if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
-        target, max_speed = target_of(goal, navigator, state, blocked.obstacles, decision.progress)
-        situation = navigator.situation(response, state, target, now)
-        preferred = preferred_of(navigator, situation, max_speed)
-    manoeuvre, quantity = decision.manoeuvre, kind(response).name
-    if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):
-        return DrawnControls(admissible, preferred, manoeuvre.control, "chosen")
-    applied = manoeuvre.mean_acceleration(now, navigator.period)
-    if quantity == "velocity":
-        chosen, label = state.velocity + navigator.period * applied, "next velocity (manoeuvre kept)"
-        return DrawnControls(admissible, preferred, chosen, label)
-    if quantity == "acceleration":
-        return DrawnControls(admissible, preferred, applied, "applied now (manoeuvre kept)")
-    return DrawnControls(admissible, preferred, None, "")
+    if response is not None and response != blocked.response:
+        blocked = navigator.control_obstacle(response, blocked.obstacles, state, np.asarray(blocked.margin))
+    own = begun is not None and begun.start == known.time and begun.response == blocked.response
+    preferred = known.preferred if own else None
+    if preferred is None:
+        situation = navigator.situation(blocked.response, state, known.goal, known.time)
+        limits = replace(situation.limits, max_speed=known.max_speed)
+        preferred = preferred_control(navigator.objective.aims(replace(situation, limits=limits)))
+    admissible = navigator.limits.admissible(blocked.response, state, navigator.horizon)
+    return DrawnControls(blocked, admissible, preferred, begun.control if own and begun is not None else None)
+
+
+def responses_of(navigator: Navigator) -> tuple[Response, ...]:
+    """Return the responses that a robot compares."""
+    return navigator.method.responses(navigator.limits, navigator.period, navigator.holds)
