@@ -2,7 +2,7 @@
 
 import { CHARTS, drawChart } from "./charts.ts";
 import { connect } from "./connect.ts";
-import { controlView, drawControl, type Panel } from "./control.ts";
+import { controlView, drawControl, enlargedView, type Panel } from "./control.ts";
 import { Dragging } from "./drag.ts";
 import { Viewport } from "./geometry.ts";
 import { legends, titles } from "./legends.ts";
@@ -15,6 +15,9 @@ import { drawSpace } from "./space.ts";
 import { DARK, LIGHT, type Theme } from "./theme.ts";
 import { build, type Parts } from "./ui.ts";
 import { drawWorkspace } from "./workspace.ts";
+
+/** [ms] Longest time that a view which plays waits for the control space of a decision. */
+const PATIENCE = 1000;
 
 export class App {
   readonly model = new Model();
@@ -33,7 +36,9 @@ export class App {
   private drawn = "";
   private asked = new Map<number, number>();
   private number = 0;
-  private looked = "";
+  private looked = new Set<string>();
+  /** [ms] When the playing began to wait for a control space; null: it does not. */
+  private waits: number | null = null;
   private answered: number | null = null;
   /** A text that is shown until the next frames. */
   private notice = "";
@@ -80,6 +85,7 @@ export class App {
 
   private receive(messages: Message[]): void {
     for (const message of messages) {
+      if (message.kind === "control") this.waits = null;
       const fresh = this.model.take(message);
       if (fresh) this.begin(message as Scene);
       if (message.kind === "control" || message.kind === "probe") this.answered = message.answers;
@@ -123,7 +129,7 @@ export class App {
     if (!this.view || !scene.live) this.view = null;
     if (scene.notes.length && (!scene.live || scene.recorded)) this.say(scene.notes.join(" "));
     this.drawn = "";
-    this.looked = "";
+    this.looked.clear();
   }
 
   /** Shows or hides the panel of the second method. */
@@ -138,6 +144,7 @@ export class App {
   compare(name: string): void {
     const { model } = this;
     model.scene!.compare = name || null;
+    this.outdate();
     if (!name) model.controls[1]!.clear();
     this.arrange();
     this.dragging.expect(this.send({ do: "compare", name, step: model.step }));
@@ -176,7 +183,6 @@ export class App {
     if (on && model.playhead >= model.count - 1 && model.complete) model.playhead = 0;
     model.playing = on;
     this.parts.play.textContent = on ? "❚❚" : "▶";
-    this.looked = "";
   }
 
   seek(step: number): void {
@@ -188,7 +194,7 @@ export class App {
     const { model } = this;
     model.selected = Math.max(0, Math.min(model.scene!.robots.length - 1, robot));
     this.parts.robot.value = String(model.selected);
-    this.looked = "";
+    this.looked.clear();
     this.drawn = "";
     if (this.source.live) this.send({ do: "select", robot: model.selected });
   }
@@ -217,7 +223,8 @@ export class App {
     const scene = model.scene;
     if (!scene || !model.count) return;
     if (model.playing) {
-      model.playhead = Math.min(model.count - 1, model.playhead + (passed * model.speed) / scene.dt);
+      const next = Math.min(model.count - 1, model.playhead + (passed * model.speed) / scene.dt);
+      model.playhead = this.lacks(next) && this.patient(now) ? model.playhead : next;
       if (model.complete && model.playhead >= model.count - 1) this.play(false);
     }
     this.look();
@@ -237,17 +244,41 @@ export class App {
     parts.time.max = String(Math.max(1, model.count - 1));
     parts.time.value = String(model.step);
     parts.clock.textContent = `t ${model.time.toFixed(2)} s`;
+    const result = model.ended?.text ?? "";
+    if (parts.result.textContent !== result) parts.result.textContent = result;
+    parts.result.classList.toggle("alert", Boolean(model.ended?.collided));
     parts.ahead.textContent = model.element ? `+${model.element.toFixed(2)} s` : "now";
   }
 
-  /** Asks the server for the control space of the step that is shown. */
+  /** Whether the control space of the decision at a playhead is missing, of a view that shows control spaces. */
+  private lacks(playhead: number): boolean {
+    return this.source.live && this.model.control() !== null && !this.model.has(Math.floor(playhead + 1e-9));
+  }
+
+  /** Whether to wait for a control space: not longer than PATIENCE. */
+  private patient(now: number): boolean {
+    this.waits ??= now;
+    return now - this.waits < PATIENCE;
+  }
+
+  /** Asks the server for the control space of the decision that is shown, and while it plays for the next one. */
   private look(): void {
     const { model } = this;
-    if (!this.source.live || this.dragging.active) return;
-    const key = `${model.step} ${model.selected}`;
-    if (key === this.looked || this.dragging.waiting) return;
-    this.looked = key;
-    this.dragging.expect(this.send({ do: "look", step: model.step, robot: model.selected }));
+    if (!this.source.live || this.dragging.active || this.dragging.waiting) return;
+    const ahead = model.playing ? [model.step + model.scene!.period_steps] : [];
+    for (const step of [model.step, ...ahead]) {
+      const key = `${step} ${model.selected}`;
+      if (step >= model.count || model.has(step) || this.looked.has(key)) continue;
+      this.looked.add(key);
+      this.dragging.expect(this.send({ do: "look", step }));
+      return;
+    }
+  }
+
+  /** Forgets what was asked, after a change of what control spaces show. */
+  outdate(): void {
+    this.looked.clear();
+    this.model.outdate();
   }
 
   redraw(): void {
@@ -265,18 +296,20 @@ export class App {
     };
   }
 
-  controlViewport(slot: number): Viewport | null {
+  /** The viewport of a control space; with a pixel on the enlarged picture in it, that of this picture. */
+  controlViewport(slot: number, pixel?: [number, number]): Viewport | null {
     const control = this.model.control(slot);
-    return control ? controlView(control, this.panel(slot)) : null;
+    if (!control) return null;
+    const view = controlView(control, this.panel(slot));
+    const inset = pixel ? enlargedView(control, this.panel(slot), view) : null;
+    return inset?.holds(...pixel!) ? inset : view;
   }
 
   /** Shows the slice of the projection at a pixel; returns whether there is one. */
   choosePlane(slot: number, x: number, y: number): boolean {
     const control = this.model.control(slot);
     if (!control || control.planes.length < 2) return false;
-    const found = projectionViews(control, this.panel(slot)).findIndex(
-      (view) => x >= view.left && x <= view.left + view.width && y >= view.top && y <= view.top + view.height,
-    );
+    const found = projectionViews(control, this.panel(slot)).findIndex((view) => view.holds(x, y));
     if (found >= 0) this.plane = found;
     this.drawn = "";
     return found >= 0;

@@ -23,7 +23,10 @@ export function connect(app: App): void {
   parts.help.onclick = () => parts.keys.showModal();
   parts.method.onchange = () => app.send({ do: "method", name: parts.method.value });
   parts.compare.onchange = () => app.compare(parts.compare.value);
-  parts.response.onchange = () => app.send({ do: "response", number: Number(parts.response.value), step: model.step });
+  parts.response.onchange = () => {
+    app.outdate();
+    app.send({ do: "response", number: Number(parts.response.value), step: model.step });
+  };
   parts.horizon.onchange = () => app.send({ do: "set", name: "horizon", value: Number(parts.horizon.value) });
   parts.undo.onclick = () => app.send({ do: "undo" });
   parts.yaml.onclick = () => app.send({ do: "yaml" });

@@ -14,6 +14,8 @@ export class Dragging {
   /** The handle that the keyboard moves. */
   handle: Handle | null = null;
   private offset: [number, number] = [0, 0];
+  /** Where the pointer went down. */
+  private from: [number, number] = [0, 0];
   private gesture = 0;
   private pending: { handle: Handle; to: number[]; final: boolean } | null = null;
   private expected: number | null = null;
@@ -60,6 +62,7 @@ export class Dragging {
       this.gesture++;
       this.active = { what: "control", index: 0, slot };
       this.offset = [0, 0];
+      this.from = [event.offsetX, event.offsetY];
       this.drag(slot, event, false);
       return;
     }
@@ -135,7 +138,7 @@ export class Dragging {
 
   private drag(slot: number, event: PointerEvent, final: boolean): void {
     const { app, active } = this;
-    const view = slot >= 0 ? app.controlViewport(slot) : app.view;
+    const view = slot >= 0 ? app.controlViewport(slot, this.from) : app.view;
     if (!view || !active) return;
     const to = view.inverse(event.offsetX + this.offset[0], event.offsetY + this.offset[1]) as number[];
     if (active.what === "control") this.probe(slot, to, final);
@@ -226,7 +229,7 @@ export class Dragging {
     const { model } = this.app;
     if (!model.scene) return;
     const at = model.robot(model.selected);
-    const goal = model.scene.robots[model.selected]!.goal;
+    const goal = model.goal(model.selected);
     const middle = at.map((x, c) => (x + goal[c]!) / 2);
     const { low, high } = model.scene;
     const span = 0.05 * Math.max(...low.map((x, c) => high[c]! - x));

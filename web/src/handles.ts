@@ -27,7 +27,7 @@ export function place(app: App, handle: Handle): number[] | null {
     return control.planes[app.plane]!.axes.map((axis) => u[axis]!);
   }
   if (what === "robot") return model.robot(index);
-  if (what === "goal") return scene.robots[index]!.goal;
+  if (what === "goal") return model.goal(index);
   if (what === "robot_velocity") return model.robot(index).map((x, c) => x + model.velocity(index)[c]!);
   const at = scene.obstacles[index] ? model.obstacle(index) : null;
   if (!at || what === "obstacle") return at;

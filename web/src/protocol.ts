@@ -66,6 +66,7 @@ export interface Frames {
   outcomes_table: string[];
   arrived: (number | null)[];
   complete: boolean;
+  ended: { text: string; collided: boolean } | null;
   arrays: Record<string, Numbers>;
 }
 

@@ -60,6 +60,7 @@ export function build(live: boolean) {
   const charts = [0, 1, 2].map(() => el("canvas", { class: "chart", role: "img", "data-panel": "chart" }));
   const parts = {
     title: el("span", { class: "title" }),
+    result: el("span", { class: "result", role: "status" }),
     method: el("select", { "aria-label": "method" }),
     compare: el("select", { "aria-label": "second method, side by side" }),
     response: el("select", { "aria-label": "response whose control space is drawn" }),
@@ -119,6 +120,7 @@ export function build(live: boolean) {
       {},
       el("strong", {}, "slalom"),
       parts.title,
+      parts.result,
       ...(live
         ? [
             field("method", parts.method, "method"),

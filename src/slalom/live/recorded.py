@@ -10,7 +10,7 @@ from slalom.base.checks import Array, positive, whole
 from slalom.base.errors import InvalidInput
 from slalom.decision.methods import HOLDS, METHODS, Method, method
 from slalom.live.control_space import Fields, control_message
-from slalom.live.messages import Scene, file_page, series
+from slalom.live.messages import Ended, Scene, ended, file_page, series
 from slalom.live.seen import Seen, decided_again
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -155,7 +155,7 @@ def as_recorded(tracks: Tracks, method: Method, agent: str | None = None, at: fl
     moved = zip(positions[:-1, None], velocities[:-1, None], accelerations[:, None])
     steps = [blank._replace(positions=p, velocities=v, accelerations=a) for p, v, a in moved]
     end = last_state(positions[-1:], velocities[-1:])
-    return Recorded(scenario, method, method.name, steps, end, np.full(1, np.inf), ())
+    return Recorded(scenario, method, method.name, steps, end, times[-1:], ())
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -212,13 +212,18 @@ def messages(
     chosen = robot_of(found, robot)
     scene = Scene(found.scenario, found.steps)
     yield scene.message(recording.method, live=False, notes=found.notes, extra={"chosen": chosen})
-    yield scene.frames([*found.steps, found.end], 0, recording.arrived, complete=True)
+    yield scene.frames([*found.steps, found.end], 0, found.arrived, how_ended(found))
     yield series(found.scenario, [*found.steps, found.end], chosen)
     fields = Fields()
     for seen in looked_at(found, chosen, interval):
         yield control_message(seen, fields)
         if progress:
             progress((seen.step + 1) / len(found.steps))
+
+
+def how_ended(found: Recorded) -> Ended:
+    """Return how a recorded run ended."""
+    return ended(found.scenario, found.steps, found.end, found.arrived)
 
 
 def robot_of(found: Recorded, robot: int) -> int:

@@ -282,7 +282,7 @@ class Seen:
     Attributes:
         step: of the run. outcome: name of the `Outcome`, "" if none is known.
         age: [s] of the committed manoeuvre. manoeuvre: it; None if none is known.
-        target: (d,) [m] where the robot drives instead of where its goal was at the start; None: there.
+        target: (d,) [m] where the robot drives instead of to its goal; None: there.
         responses: those that the robot compares. others: of the control obstacle that is drawn.
     """
 
@@ -357,7 +357,7 @@ def seen_of(
     selected = 0 <= number < len(responses)
     known, others = last if selected else first
     target = latest.goal.position(latest.time)
-    moved = (target != scenario.robots[robot].goal.position(scenario.start)).any()
+    moved = (target != scenario.robots[robot].goal.position(latest.time)).any()
     return Seen(
         step,
         robot,

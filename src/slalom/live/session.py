@@ -12,7 +12,7 @@ from slalom.base.errors import InvalidInput, SlalomError
 from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
-from slalom.live.messages import Scene, pack, series
+from slalom.live.messages import Scene, ended, pack, series
 from slalom.live.recorded import Recorded, last_state
 from slalom.live.seen import (
     VIEW_SAMPLES,
@@ -293,7 +293,8 @@ class Session:
             steps = [*steps, played.end]
         if not steps:
             return []
-        frames = self._scene.frames(steps, first, played.arrived, complete=self.complete)
+        how = ended(self.scenario, played.steps, played.end, played.arrived) if self.complete else None
+        frames = self._scene.frames(steps, first, played.arrived, how)
         return [frames, series(self.scenario, steps, self.robot, first)]
 
     def answer(self, command: Mapping[str, Any]) -> list[bytes]:

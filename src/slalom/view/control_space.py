@@ -519,8 +519,8 @@ def drawn_controls(known: Known, response: Response | None = None) -> DrawnContr
 
     The chosen control has a meaning only in the control space from which it was chosen: of its response, at its start.
     """
-    navigator, blocked, begun = known.navigator, known.blocked, known.manoeuvre
-    state = blocked.state
+    navigator, begun = known.navigator, known.manoeuvre
+    blocked, state = known.blocked, known.blocked.state
     if response is not None and response != blocked.response:
         blocked = navigator.control_obstacle(response, blocked.obstacles, state, np.asarray(blocked.margin))
     own = begun is not None and begun.start == known.time and begun.response == blocked.response

@@ -77,9 +77,9 @@ def decision(
         uncertainty: whether to draw the regions that hold obstacles with an uncertainty.
     """
     now, then = known_at(decision), beginning_of(decision)
-    blocked, _, preferred, _ = drawn_controls(now)
+    present, controls = drawn_controls(now), drawn_controls(then)
+    blocked, preferred = present.blocked, present.preferred
     state, traffic = blocked.state, blocked.obstacles
-    controls = drawn_controls(then)
     target = now.goal if isinstance(goal, PathGoal) else None
     with style():
         left, right = axes or _panels(3 + (track is not None) + uncertainty + (target is not None))
