@@ -35,6 +35,7 @@ export interface Scene {
   title: string;
   method: string;
   methods: Record<string, string>;
+  foresights: string[];
   dimension: 2 | 3;
   start: number;
   dt: number;
@@ -55,6 +56,8 @@ export interface Scene {
   compare?: string | null;
   chosen?: number;
   recorded?: boolean;
+  /** Whether the state that a page kept has been restored. */
+  restored?: boolean;
   settings?: Record<string, number>;
   editable?: boolean;
 }
@@ -123,6 +126,8 @@ export interface Probe {
 export interface Text {
   kind: "yaml" | "error" | "note";
   text: string;
+  /** Of a scene that the page itself asked for, to keep it. */
+  quiet?: boolean;
 }
 
 export type Message = Scene | Frames | Series | Control | Probe | Text;

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.decision.methods import METHODS
+from slalom.forecast.forecast import FORESIGHTS
 from slalom.live.seen import has_left
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Shape
@@ -247,6 +248,7 @@ class Scene:
             "title": scenario.name,
             "method": method,
             "methods": {name: method.sentence for name, method in METHODS.items()},
+            "foresights": list(FORESIGHTS),
             "dimension": scenario.dimension,
             "start": scenario.start,
             "dt": scenario.dt,

@@ -30,8 +30,8 @@ OWN_HOST: Final = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
 """Host headers that are accepted, with any port: that of a tunnel may differ. Names of other machines are refused, so
 that no page can reach the server by a name that its own server resolves to this machine (DNS rebinding)."""
 LAST_PORT: Final = 65535
-LARGEST: Final = 16384
-"""[byte] Largest command that is accepted."""
+LARGEST: Final = 1 << 20
+"""[byte] Largest command that is accepted: one that restores a scene holds its file."""
 SLOWEST: Final = 10.0
 """[s] A client that takes no message for this long is disconnected."""
 QUIET: Final = 0.15
@@ -244,7 +244,7 @@ class Server:
             self._application,
             log_level="warning",
             ws="websockets-sansio",
-            ws_max_size=4 * LARGEST,
+            ws_max_size=2 * LARGEST,
             ws_max_queue=8,
             ws_per_message_deflate=False,
             timeout_graceful_shutdown=1,

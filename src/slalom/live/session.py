@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
@@ -37,6 +39,7 @@ from slalom.model.trajectory import (
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import moved
 from slalom.sim.files.scenario_writer import scenario_text
+from slalom.sim.files.scenario_yaml import read_scenario
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.simulate import Run
 from slalom.sim.scenario import Robot, Scenario
@@ -241,6 +244,11 @@ class Session:
     """
 
     def __init__(self, scenario: Scenario, method: Method, recorded: Recorded | None = None) -> None:
+        own = {robot.method for robot in scenario.robots}
+        if len(own) == 1 and None not in own:
+            # A method that all robots have in their file is the one of the view, which can choose another one.
+            scenario = replace(scenario, robots=tuple(replace(robot, method=None) for robot in scenario.robots))
+            method = own.pop() or method
         self.scenario = scenario
         self.method = method
         self.recorded = recorded
@@ -249,6 +257,7 @@ class Session:
         self._box = Scene(scenario, [] if recorded is None else recorded.steps)
         self._undo: list[tuple[Scenario, Recorded | None]] = []
         self._gesture: object = None
+        self._restored = False
         self._fields = Fields()
         self._begin()
 
@@ -274,6 +283,7 @@ class Session:
             "compare": None if self.compared is None else self.compared.name,
             "chosen": self.robot,
             "recorded": self.recorded is not None,
+            "restored": self._restored,
         }
         name, notes = (self.method.name, ()) if self.recorded is None else (self.recorded.name, self.recorded.notes)
         scene = self._scene.message(name, live=True, notes=notes, extra=extra)
@@ -316,6 +326,7 @@ class Session:
             "set": self._set,
             "undo": self._take_back,
             "yaml": self._yaml,
+            "restore": self._restore,
         }
         if name not in known:
             raise InvalidInput(f"do: expected one of {', '.join(known)}; found {name!r}")
@@ -480,7 +491,39 @@ class Session:
         return self.opening(answers)
 
     def _yaml(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        return [pack("yaml", {"text": scenario_text(self.scenario)}, {})]
+        # A page that keeps its state asks quietly.
+        return [pack("yaml", {"text": self._text(), "quiet": bool(command.get("quiet"))}, {})]
+
+    def _text(self) -> str:
+        """The scenario as YAML, with the method of the robots."""
+        robots = tuple(replace(robot, method=robot.method or self.method) for robot in self.scenario.robots)
+        return scenario_text(replace(self.scenario, robots=robots))
+
+    def _restore(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        """Take the state that a page kept: scene as YAML, method, second method and robot, each if it is given."""
+        scene, before = command.get("scene"), self.method
+        scenario = self.scenario if scene is None else scenario_of(str(scene))
+        found = Session(scenario, method_of(str(command.get("method", before.name))))
+        compared = method_of(str(command["compare"])) if command.get("compare") else None
+        robot = whole(command.get("robot", 0), "robot")
+        if scene is not None or found.method != before:
+            self._remember()
+        self.scenario, self.method = found.scenario, found.method
+        self.robot, self.compared = robot, compared
+        self._restored = True
+        try:
+            return self._restarted(answers)
+        except InvalidInput:
+            self.method, self.compared = before, None
+            raise
+
+
+def scenario_of(text: str) -> Scenario:
+    """Return the scenario of the text of a file. Raises InvalidFile for mistakes."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "scene.yaml"
+        file.write_text(text, encoding="utf-8")
+        return read_scenario(file)
 
 
 def _step_of(command: Mapping[str, Any]) -> int:
