@@ -10,6 +10,7 @@ from live_views import APP, crossing, in_browser, opened, serving
 
 from slalom import method
 from slalom.live.messages import unpack
+from slalom.live.recorded import of_decision
 from slalom.live.session import Session, scenario_of
 from slalom.sim import gallery, simulate
 
@@ -203,3 +204,28 @@ def test_a_state_is_restored_or_refused_as_a_whole() -> None:
         assert (session.scenario.name, session.method.name) == ("crossing", "vo")
     session.answer({"do": "undo"})
     assert session.scenario.name == "head_on"
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_the_file_of_a_decision_is_shown(kept: bool, tmp_path: Path) -> None:
+    """Of a kept manoeuvre the control space of now, without the control that was chosen in another one."""
+    scenario = gallery.build("roundabout_crossing", seed=3)
+    session = Session(scenario, method("nao"))
+    session.more(40)
+    decisions = [session._played.known(k).decision(k) for k in range(40)]
+    decision = next(each for each in decisions[5:] if (each.begun is not None) == kept)
+    decision.dump(tmp_path / "decision.json")
+    found = of_decision(tmp_path / "decision.json")
+    shown = Session.of(found, method("vo"))
+    scene = unpack(shown.opening()[0])[0]
+    assert (scene["recorded"], scene["method"], scene["start"]) == (True, "nao", decision.inputs.now)
+    seen = shown._seen(0)
+    assert (seen.outcome, seen.time) == (decision.outcome.name, decision.inputs.now)
+    np.testing.assert_array_equal(seen.state.position, decision.inputs.state.position)
+    assert (seen.controls.chosen is None) == kept
+    if not kept:
+        assert [other.obstacle.name for other in seen.others] == [o.name for o in decision.blocked.obstacles.obstacles]
+        np.testing.assert_array_equal(seen.controls.chosen, decision.manoeuvre.control)
+        assert np.isinf(seen.times(seen.controls.chosen[None] * (1.0 - 1e-9))).all() or not decision.safe
+    changed = shown.answer({"do": "drag", "what": "robot", "index": 0, "to": [1.0, 1.0], "step": 0, "gesture": 1})
+    assert unpack(changed[0])[0]["recorded"] is False

@@ -131,10 +131,10 @@ Among = tuple[Known, tuple[Other, ...]]
 class Knowledge:
     """What the robots of a run knew at their decisions so far."""
 
-    def __init__(self, scenario: Scenario, run: Run) -> None:
-        self._scenario, self._decider = scenario, run.decider
+    def __init__(self, scenario: Scenario, run: Run | None, *made: Decision) -> None:
+        self._scenario, self._decider = scenario, None if run is None else run.decider
         self._rows = by_name(scenario)[1].tolist()
-        self._single = list[Decision]()
+        self._single = list(made)
         # Of each decision of a fleet: the table and the obstacles of each row that decided.
         self._tables = list[dict[int, tuple[RobotTable, Obstacles]]]()
         self._new = dict[int, tuple[RobotTable, Obstacles]]()

@@ -1,6 +1,6 @@
 """One view of a scenario: its state, and the answers to commands. It is independent of the network."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -100,7 +100,11 @@ class Replayed:
         self.steps = found.steps
         self.end = found.end
         self.arrived = found.arrived
-        self._making = decided_again(found.scenario, found.method, found.steps, found.seed) if found.method else None
+        self._making: Iterator[Knowledge] | None = None
+        if found.decision is not None:
+            self._making = iter([Knowledge(found.scenario, None, found.decision)])
+        elif found.method is not None:
+            self._making = decided_again(found.scenario, found.method, found.steps, found.seed)
         self._count = 0
 
     def advance(self, count: int) -> None:
