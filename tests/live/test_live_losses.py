@@ -197,13 +197,15 @@ def test_a_state_is_restored_or_refused_as_a_whole() -> None:
     session.opening()
     text = unpack(Session(crossing(), method("vo")).answer({"do": "yaml"})[0])[0]["text"]
     scene = unpack(session.answer({"do": "restore", "scene": text, "method": "vo", "compare": "ao", "robot": 0})[0])[0]
-    assert (scene["title"], scene["method"], scene["compare"], scene["undo"]) == ("crossing", "vo", "ao", 1)
-    for wrong in ({"scene": "robot: 3"}, {"method": "magic"}, {"compare": "magic"}, {"scene": text, "robot": -1}):
+    assert (scene["title"], scene["method"], scene["undo"], session.compared) == ("crossing", "vo", 1, method("ao"))
+    for wrong in ({"scene": "robot: 3"}, {"method": "magic"}, {"scene": text, "robot": -1}):
         (error,) = [unpack(message)[0] for message in session.answer({"do": "restore", **wrong})]
         assert error["kind"] == "error"
         assert (session.scenario.name, session.method.name) == ("crossing", "vo")
+    refused = unpack(session.answer({"do": "restore", "compare": "magic"})[-1])[0]
+    assert (refused["kind"], session.compared) == ("error", None)
     session.answer({"do": "undo"})
-    assert session.scenario.name == "head_on"
+    assert (session.scenario.name, session.method.name) == ("head_on", "nao")
 
 
 @pytest.mark.parametrize("kept", [False, True])

@@ -546,6 +546,12 @@ DECISIONS: dict[str, Callable[[Path], object]] = {
     r"--method: expected none with the file of a decision, found 'vo'": lambda folder: command(
         "decide", str(dumped()(folder)), "--method", "vo"
     )(folder),
+    r"--at: expected none with the file of a decision, found 3": lambda folder: command(
+        "view", str(dumped()(folder)), "--no-browser", "--at", "3"
+    )(folder),
+    r"decision: expected one that a navigator made, found none of its inputs": lambda _: slalom.view.decision(
+        replace(decision(), inputs=None), navigator(), GOAL
+    ),
     r"--figure: expected a decision with a goal": lambda folder: command(
         "decide", str(dumped(without_goal)(folder)), "--figure", "{}/a.svg"
     )(folder),

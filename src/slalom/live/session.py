@@ -259,7 +259,7 @@ class Session:
         self.compared: Method | None = None
         self.robot, self.response = 0, -1
         self._box = Scene(scenario, [] if recorded is None else recorded.steps)
-        self._undo: list[tuple[Scenario, Recorded | None]] = []
+        self._undo: list[tuple[Scenario, Recorded | None, Method]] = []
         self._gesture: object = None
         self._restored = False
         self._fields = Fields()
@@ -397,7 +397,7 @@ class Session:
 
     def _remember(self) -> None:
         """Keep the present scenario or replay for undo; what follows is a run of its own."""
-        self._undo = [*self._undo[-MAX_UNDO + 1 :], (self.scenario, self.recorded)]
+        self._undo = [*self._undo[-MAX_UNDO + 1 :], (self.scenario, self.recorded, self.method)]
         self.recorded = None
 
     def _restarted(self, answers: int) -> list[bytes]:
@@ -406,7 +406,7 @@ class Session:
             return self.opening(answers)
         except SlalomError as error:
             # The scenario is one that cannot run, such as one whose goal is covered: the one before it stays.
-            self.scenario, self.recorded = self._undo.pop()
+            self.scenario, self.recorded, self.method = self._undo.pop()
             self._gesture = None
             self._begin()
             raise InvalidInput(str(error)) from error
@@ -456,19 +456,18 @@ class Session:
         return self._restarted(answers)
 
     def _method(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        before = self.method
-        recorded = self.recorded
-        self.method = method_of(str(_given(command, "name")))
-        self.response = -1
+        before, recorded = self.method, self.recorded
+        chosen = method_of(str(_given(command, "name")))
         if recorded is not None:
             self._remember()
+        self.method, self.response = chosen, -1
         try:
             self._begin()
             return self.opening(answers)
         except SlalomError as error:
             self.method = before
             if recorded is not None:
-                _, self.recorded = self._undo.pop()
+                _, self.recorded, _ = self._undo.pop()
             self._begin()
             raise InvalidInput(str(error)) from error
 
@@ -488,9 +487,8 @@ class Session:
     def _take_back(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         if not self._undo:
             raise InvalidInput("undo: expected a change before, found none")
-        (self.scenario, self.recorded), self._gesture = self._undo.pop(), None
-        if self.recorded is not None:
-            self.method = self.recorded.method or self.method
+        self.scenario, self.recorded, self.method = self._undo.pop()
+        self._gesture = None
         self._begin()
         return self.opening(answers)
 
@@ -505,21 +503,17 @@ class Session:
 
     def _restore(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         """Take the state that a page kept: scene as YAML, method, second method and robot, each if it is given."""
-        scene, before = command.get("scene"), self.method
+        scene, compare = command.get("scene"), command.get("compare")
         scenario = self.scenario if scene is None else scenario_of(str(scene))
-        found = Session(scenario, method_of(str(command.get("method", before.name))))
-        compared = method_of(str(command["compare"])) if command.get("compare") else None
+        found = Session(scenario, method_of(str(command.get("method", self.method.name))))
         robot = whole(command.get("robot", 0), "robot")
-        if scene is not None or found.method != before:
+        if scene is not None or found.method != self.method:
             self._remember()
         self.scenario, self.method = found.scenario, found.method
-        self.robot, self.compared = robot, compared
+        self.robot, self.compared = robot, None
         self._restored = True
-        try:
-            return self._restarted(answers)
-        except InvalidInput:
-            self.method, self.compared = before, None
-            raise
+        messages = self._restarted(answers)
+        return messages + (self.answer({"do": "compare", "name": compare, "step": 0}) if compare else [])
 
 
 def scenario_of(text: str) -> Scenario:

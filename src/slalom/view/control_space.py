@@ -493,7 +493,7 @@ def known_at(decision: Decision) -> Known:
     """
     made, blocked = decision.inputs, decision.blocked
     if made is None:
-        raise InvalidInput("decision: expected one that a navigator made, found one without inputs")
+        raise InvalidInput("decision: expected one that a navigator made, found none of its inputs")
     navigator, state = cast(Navigator, made.navigator), made.state
     if blocked.obstacles.start != made.now:
         # A sequence that is kept holds the control obstacle of its start.
