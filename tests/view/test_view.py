@@ -22,8 +22,9 @@ import slalom
 from slalom import view
 from slalom.io.table import sample_data
 from slalom.sim import decision_at, gallery, load, simulate
+from slalom.sim.explanation import beginning_of, drawn_controls, kind, known_at
 from slalom.sim.scenario import Robot, Scenario
-from slalom.view.control_space import admissible_region, beginning_of, drawn_controls, kind, known_at
+from slalom.view.control_space import admissible_region
 from slalom.view.fleet import Picture
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 

@@ -128,7 +128,7 @@ def as_dict(decision: "Decision") -> dict[str, Any]:
         "cut": decision.cut,
         "stalled": decision.stalled,
         "stuck": decision.stuck,
-        "in_the_way": list(decision.in_the_way) if decision.stuck else [],
+        "in_the_way": list(decision.in_the_way),
         "collision": None,
     }
     if made is not None:
@@ -343,7 +343,7 @@ class Decision:
         return as_dict(self)
 
     def dump(self, file: FilePath | str) -> None:
-        """Write all inputs of the decision to a JSON file; `slalom decide FILE` repeats it.
+        """Write all inputs of the decision to a JSON file; `slalom explain FILE` repeats it.
 
         Raises:
             InvalidInput: parts that no file can hold, such as a trajectory or objective that is a Python function; a

@@ -12,10 +12,11 @@ from shapely.geometry.polygon import orient
 from slalom.base.checks import Array
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.live.messages import Quantised, pack, quantised
-from slalom.live.seen import VIEW_PREDICTED, VIEW_SAMPLES, Other, Reasons, Seen, half_side, reasons
+from slalom.live.seen import VIEW_PREDICTED, VIEW_SAMPLES, Other, Seen, half_side, reasons
 from slalom.model.limits import Admissible
 from slalom.obstacle.window import ObstacleWindow
-from slalom.view.control_space import admissible_region, kind
+from slalom.sim.explanation import Reasons, kind
+from slalom.view.control_space import admissible_region
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Control obstacles of single obstacles on the drawn plane: exact outlines, and times to collision on a grid.

@@ -20,11 +20,11 @@ from slalom.model.response import Acceleration, advance
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.peers import contender
+from slalom.sim.explanation import known_at
 from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.recorded_traffic import MAX_DURATION, Recorded as Tracks
 from slalom.sim.measure.recording import Recording, Step
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers
-from slalom.view.control_space import known_at
 
 
 class Recorded(NamedTuple):

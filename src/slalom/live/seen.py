@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.base.checks import Array
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.fleet.fleet import Fleet
@@ -19,27 +19,31 @@ from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
-from slalom.model.response import Response, Velocity
+from slalom.model.response import Response
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import displaced, to_nearest
 from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.sim.explanation import (
+    DrawnControls,
+    Known,
+    Met,
+    Reasons,
+    beginning_of,
+    contact_times,
+    drawn_controls,
+    kind,
+    known_at,
+    reasons as reasons_of,
+    responses_of,
+    unchanged,
+)
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.simulate import Run, by_name
 from slalom.sim.scenario import Scenario
-from slalom.sim.shape_distance import clearances
-from slalom.view.control_space import (
-    DrawnControls,
-    Known,
-    beginning_of,
-    drawn_controls,
-    kind,
-    known_at,
-    responses_of,
-)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The log of a run.
@@ -324,25 +328,18 @@ class Seen:
 
     @property
     def unchanged(self) -> Array:
-        """The control (d,) that changes nothing: of the change from it a robot makes its share of the avoidance."""
-        return self.state.velocity if isinstance(self.response, Velocity) else np.zeros(self.state.dimension)
-
-    def whole(self, controls: Array, share: float) -> Array:
-        """The controls (..., d) that do all of an avoidance of which `controls` do a share."""
-        return np.asarray(self.unchanged + (controls - self.unchanged) / share)
+        """The control (d,) that changes nothing."""
+        return unchanged(self.blocked)
 
     def times(self, controls: Array) -> Array:
-        """Time of the first contact for controls (..., d) with each other: (..., n) [s], inf if there is none.
+        """Time of the first contact for controls (..., d) with each other, see `contact_times`: (..., n) [s]."""
+        return contact_times(self.blocked, controls, [other.share for other in self.others])
 
-        For robots that share the avoidance, of the whole of it.
-        """
-        times = self.blocked.times_to_collision(controls)
-        shares = np.array([other.share for other in self.others])
-        for share in set(shares[shares < 1.0].tolist()):
-            times[..., shares == share] = self.blocked.times_to_collision(self.whole(controls, share))[
-                ..., shares == share
-            ]
-        return times
+
+def reasons(seen: Seen) -> Reasons:
+    """Return the reasons of a decision, in the control space that is drawn."""
+    others = [Met(other.name, other.obstacle, other.share) for other in seen.others]
+    return reasons_of(seen.controls, others, seen.outcome, seen.age)
 
 
 def seen_of(
@@ -370,104 +367,3 @@ def seen_of(
         manoeuvre,
         drawn_controls(known, responses[number] if selected else None),
     )
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Sentences that say why a robot chose its manoeuvre, and the obstacles that decided it.
-
-
-VIEW_BINDING: Final = 0.02
-"""[m] A chosen manoeuvre is said to pass an obstacle closely up to this clearance beyond the margin.
-
-Larger: more obstacles are named as reasons of a choice. Smaller: one that limits the choice may be left out.
-"""
-
-VIEW_APPROACH_SAMPLES: Final = 241
-"""[1] Times at which the closest approach of a manoeuvre to an obstacle is sought, for a sentence of a view.
-
-Larger: a more exact time in the sentence. Smaller: a less exact one.
-"""
-
-
-class Meeting(NamedTuple):
-    """The closest approach of a manoeuvre to an obstacle."""
-
-    other: int  # row of `Seen.others`
-    time: float  # [s] after the start of the manoeuvre
-    clearance: float  # [m] between the surfaces
-
-
-class Reasons(NamedTuple):
-    """Why a robot chose its manoeuvre.
-
-    Attributes:
-        sentences: for the user. contact_times: (n,) [s] of contact with each other under the preferred control.
-        first: row of the first one that it hits; -1 if it hits none. binding: those that the manoeuvre passes closely.
-    """
-
-    sentences: tuple[str, ...]
-    contact_times: Array
-    first: int
-    binding: tuple[Meeting, ...]
-
-
-def reasons(seen: Seen) -> Reasons:
-    """Return the reasons of a decision, in the control space that is drawn."""
-    quantity, preferred = kind(seen.response), seen.controls.preferred
-    times = seen.times(preferred)
-    first = int(np.argmin(times)) if np.isfinite(times).any() else -1
-    binding = tuple(_binding(seen))
-    wanted = f"The preferred {quantity.name} {_numbers(preferred)} {quantity.unit}"
-    if first >= 0:
-        hit = seen.others[first]
-        # The robot makes a part of the change that avoids the contact, and the other one the rest.
-        unless = f" even if {hit.name} takes its share of the avoidance" if hit.share < 1.0 else ""
-        told = f"{wanted} would hit {hit.name} in {times[first]:.1f} s{unless}."
-    elif not seen.admissible.contains(preferred):
-        told = f"{wanted} hits nothing, but it is outside the limits."
-    else:
-        told = f"{wanted} hits nothing within {seen.blocked.horizon:g} s."
-    sentences = [told]
-    if seen.outcome in Outcome.__members__:
-        sentences.insert(0, Outcome[seen.outcome].value)
-    if seen.age > 0.0 and seen.controls.chosen is not None:
-        sentences.insert(1, f"It began {seen.age:.1f} s ago, and its control space is that of then.")
-    elif seen.age > 0.0:
-        sentences.insert(1, f"It began {seen.age:.1f} s ago; its control has no place in this control space.")
-    if binding:
-        passed = " and ".join(f"{seen.others[m.other].name} in {m.time:.1f} s" for m in binding[:2])
-        least = binding[0].clearance
-        closest = f"with {least:.2f} m" if least >= 0.0 else f"and overlaps by {-least:.2f} m"
-        sentences.append(f"The manoeuvre passes {passed} {closest}.")
-    return Reasons(tuple(sentences), times, first, binding)
-
-
-def _binding(seen: Seen) -> list[Meeting]:
-    """The closest approaches of the manoeuvre that leave little beyond the margin, closest first."""
-    chosen, found = seen.controls.chosen, list[Meeting]()
-    if chosen is None:
-        return found
-    elapsed = np.linspace(0.0, seen.blocked.horizon, VIEW_APPROACH_SAMPLES)
-    times, image = seen.time + elapsed, seen.response.position(seen.state, elapsed)
-    controls = {share: seen.whole(chosen, share) for share in {other.share for other in seen.others}}
-    least = {share: seen.blocked.clearances(control) for share, control in controls.items()}
-    for row, other in enumerate(seen.others):
-        control, obstacle = controls[other.share], other.obstacle
-        if least[other.share][row] > VIEW_BINDING:
-            continue
-        positions = image(control)
-        moving = np.linalg.norm(np.gradient(positions, axis=0), axis=1) > 1e-9
-        begin, end = obstacle.trajectory.span
-        there = (times >= begin) & (times <= end) & (moving | obstacle.contact_at_rest)
-        if there.any():
-            distance = clearances(obstacle, seen.blocked.robot, times[there], positions[there])
-            if obstacle.uncertainty is not None:
-                d = seen.state.dimension
-                distance = distance - [float(obstacle.uncertainty.radius(t, d)) for t in elapsed[there].tolist()]
-            k = int(np.argmin(distance))
-            found.append(Meeting(row, float(elapsed[there][k]), float(distance[k])))
-    return sorted(found, key=lambda meeting: meeting.clearance)
-
-
-def _numbers(control: Array) -> str:
-    return "(" + ", ".join(f"{x:.1f}" for x in np.round(control, 1) + 0.0).replace("-", "−") + ")"

@@ -1,8 +1,7 @@
 """Drawing of the control space: control obstacle by time to collision, admissible set, and controls."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,27 +16,10 @@ from matplotlib.path import Path as Outline
 from slalom.base.checks import Array, vector
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision import Decision
-from slalom.decision.navigator import Navigator
-from slalom.decision.objective import preferred_control
-from slalom.model.goal import Goal
 from slalom.model.limits import Admissible
-from slalom.model.manoeuvre import Manoeuvre
-from slalom.model.path_goal import PathGoal
-from slalom.model.response import (
-    AccelerateThenBrake,
-    AccelerateThenCoast,
-    AccelerateThenStop,
-    Acceleration,
-    Jerk,
-    LaggedVelocity,
-    Response,
-    Velocity,
-)
-from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import Part
-from slalom.model.trajectory import Stationary
 from slalom.obstacle.window import ObstacleWindow
+from slalom.sim.explanation import kind
 from slalom.view.style import (
     FAINT,
     INK,
@@ -151,42 +133,6 @@ def admissible_region(admissible: Admissible, height: float | None = None) -> An
         corners = [edge - size * side, edge + size * side, edge + size * (side - along), edge - size * (side + along)]
         region = region.intersection(shapely.Polygon(corners))
     return region
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Words for controls: name, letter, unit, and description of the response.
-
-
-class Kind(NamedTuple):
-    """Kind of a control: name, letter, unit, and description of the response."""
-
-    name: str
-    letter: str
-    unit: str
-    description: str
-
-
-def kind(response: Response) -> Kind:
-    """Return the kind of the controls of `response`."""
-    match response:
-        case Velocity():
-            words = f"reached in {response.ramp:g} s" if response.ramp else "reached at once"
-            return Kind("velocity", "v", "m/s", words)
-        case LaggedVelocity():
-            return Kind("velocity", "v", "m/s", f"approached with lag {response.lag:.3g} s")
-        case Acceleration():
-            return Kind("acceleration", "a", "m/s²", "held")
-        case AccelerateThenCoast():
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then coasting")
-        case AccelerateThenBrake() | AccelerateThenStop():
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then braking")
-        case AccelerationSequence():
-            more = f"then {len(response.then)} more" if response.then else "then coasting"
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, {more}")
-        case Jerk():
-            return Kind("jerk", "j", "m/s³", "held")
-        case _:
-            return Kind("control", "u", "control", type(response).__name__)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -448,91 +394,3 @@ def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles:
     ]
     legend_below(ax, entries, 2)
     colour_bar(time_scale(blocked.horizon), ax, "time to collision [s]")
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# What is drawn of a decision: for figures and the view alike.
-
-
-class Known(NamedTuple):
-    """What a robot knew at a decision, and what it decided.
-
-    Attributes:
-        goal: what it drove to until the next decision, at most at `max_speed` [m/s].
-        blocked: the control obstacle of the decision, or of any response to take its obstacles and margins from.
-        preferred: (d,) by the decision; None: that of the objective. manoeuvre: the committed one; None if unknown.
-    """
-
-    navigator: Navigator
-    goal: Goal
-    max_speed: float
-    blocked: ControlObstacle
-    manoeuvre: Manoeuvre | None
-    preferred: Array | None
-
-    @property
-    def time(self) -> float:
-        """The time [s] of the decision."""
-        return self.blocked.obstacles.start
-
-
-class DrawnControls(NamedTuple):
-    """Controls in the control space of `blocked`; `chosen` is None where the chosen control has no meaning."""
-
-    blocked: ControlObstacle
-    admissible: Admissible
-    preferred: Array
-    chosen: Array | None
-
-
-def known_at(decision: Decision) -> Known:
-    """Return what the robot knew at the time of a decision.
-
-    Raises:
-        InvalidInput: a decision that no navigator made.
-    """
-    made, blocked = decision.inputs, decision.blocked
-    if made is None:
-        raise InvalidInput("decision: expected one that a navigator made, found none of its inputs")
-    navigator, state = cast(Navigator, made.navigator), made.state
-    if blocked.obstacles.start != made.now:
-        # A sequence that is kept holds the control obstacle of its start.
-        window = navigator.predict(made.obstacles, state, made.now)
-        blocked = navigator.control_obstacle(responses_of(navigator)[0], window, state)
-    goal = Goal(Stationary(state.position)) if made.goal is None else made.goal
-    max_speed = navigator.limits.max_speed
-    if isinstance(goal, PathGoal):
-        progress = None if made.previous is None else made.previous.progress
-        step = navigator.step_along(goal, state, blocked.obstacles, progress)
-        goal, max_speed = step.goal, step.max_speed
-    return Known(navigator, goal, max_speed, blocked, decision.manoeuvre, decision.preferred)
-
-
-def beginning_of(decision: Decision) -> Known:
-    """Return what the robot knew when it began the manoeuvre of a decision; that of now if that decision is unknown."""
-    begun = decision.begun
-    return known_at(decision if begun is None or begun.inputs is None else begun)
-
-
-def drawn_controls(known: Known, response: Response | None = None) -> DrawnControls:
-    """Return the controls of a decision in the control space of a response; None: of that of its control obstacle.
-
-    The chosen control has a meaning only in the control space from which it was chosen: of its response, at its start.
-    """
-    navigator, begun = known.navigator, known.manoeuvre
-    blocked, state = known.blocked, known.blocked.state
-    if response is not None and response != blocked.response:
-        blocked = navigator.control_obstacle(response, blocked.obstacles, state, np.asarray(blocked.margin))
-    own = begun is not None and begun.start == known.time and begun.response == blocked.response
-    preferred = known.preferred if own else None
-    if preferred is None:
-        situation = navigator.situation(blocked.response, state, known.goal, known.time)
-        limits = replace(situation.limits, max_speed=known.max_speed)
-        preferred = preferred_control(navigator.objective.aims(replace(situation, limits=limits)))
-    admissible = navigator.limits.admissible(blocked.response, state, navigator.horizon)
-    return DrawnControls(blocked, admissible, preferred, begun.control if own and begun is not None else None)
-
-
-def responses_of(navigator: Navigator) -> tuple[Response, ...]:
-    """Return the responses that a robot compares."""
-    return navigator.method.responses(navigator.limits, navigator.period, navigator.holds)

@@ -22,16 +22,8 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
-from slalom.view.control_space import (
-    DrawnControls,
-    Extent,
-    admissible_region,
-    beginning_of,
-    control_space,
-    drawn_controls,
-    kind,
-    known_at,
-)
+from slalom.sim.explanation import DrawnControls, beginning_of, drawn_controls, kind, known_at
+from slalom.view.control_space import Extent, admissible_region, control_space
 from slalom.view.style import COLUMN, GOAL, INK, NEUTRAL, PAGE, ROBOT, colour_at, colour_bar, halo, style
 from slalom.view.workspace import (
     body,
