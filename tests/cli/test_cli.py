@@ -1010,6 +1010,28 @@ def test_a_full_disk_is_one_clear_line() -> None:
     assert done.stderr == "stdout: expected output that can be written, found no space left\n"
 
 
+def test_the_decisions_of_a_run_and_of_its_scenario_are_explained_alike(say: Say) -> None:
+    """At the time that is given; the alternatives are those of that time, the reasons name obstacles."""
+    assert say("run", "roundabout_crossing", "--seed", "3", "--out", "run.h5").code == 0
+    run, kept = Recording.load("run.h5"), 0
+    for step in range(2, 60, 19):
+        at = str(run.dt * step)
+        found = json.loads(say("explain", "run.h5", "--at", at, "--json").out)
+        again = json.loads(say("explain", "roundabout_crossing", "--seed", "3", "--at", at, "--json").out)
+        assert found == again
+        assert (found["status"], found["time"]) == (run.outcomes[step][0], pytest.approx(float(at)))
+        np.testing.assert_array_equal(found["control"], run.controls[step, 0])
+        names = {obstacle.name for obstacle in run.obstacles}
+        assert names >= {one["obstacle"] for one in (*found["passes"], found["preferred_hits"]) if one}
+        assert any(one["cost"] is not None for one in found["alternatives"])
+        kept += found["began"] < found["time"]
+        told = say("decide", "run.h5", "--at", at).out
+        assert told.endswith("\n".join(found["sentences"]) + "\n")
+    assert kept > 0
+    for wrong in ("99", "-1"):
+        assert say("explain", "run.h5", "--at", wrong).code == 2
+
+
 @pytest.mark.parametrize("options", ["--at 3", "--start 0,0 --goal 1,1", "--agents a"])
 def test_the_view_of_a_run_has_no_options_of_recordings(options: str, say: Say) -> None:
     """They would change nothing."""
@@ -1019,7 +1041,7 @@ def test_the_view_of_a_run_has_no_options_of_recordings(options: str, say: Say) 
     assert said.err == f"{options.split()[0]}: expected only with a recording, found it with 'run.h5'\n"
 
 
-@pytest.mark.parametrize("command", ["show", "export-scenario", "compare", "decide", "run"])
+@pytest.mark.parametrize("command", ["show", "export-scenario", "compare", "run"])
 def test_a_run_in_the_wrong_place_says_what_it_is(command: str, say: Say) -> None:
     """Also for commands that take scenarios; `show` prints it, without a unit for the clearance that it has not."""
     assert say("run", "empty", "--set", "duration=0.1", "--out", "run.h5").code == 1

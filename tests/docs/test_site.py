@@ -83,7 +83,7 @@ def test_reference_pages_are_complete() -> None:
     assert set(re.findall(r"[A-Z]{5,}_?[A-Z]*", found)) == {"METRICS"}
     assert "|a_i - a_(i-1)| > 0.05 m/s^2" in found
     commands = site_reference.command_line()
-    names = ("run", "list", "decide", "compare", "convert", "show", "export-scenario", "view", "export", "animate")
+    names = ("run", "list", "explain", "compare", "convert", "show", "export-scenario", "view", "export", "animate")
     for name in (*names, "compile", "ros"):
         assert app[name] is not None
         assert f"\n## slalom {name}\n" in commands

@@ -157,6 +157,38 @@ def test_a_client_that_takes_no_message_is_disconnected(monkeypatch: pytest.Monk
     assert not session._played.steps[10:]  # nothing is simulated for it
 
 
+def test_a_new_connection_waits_for_no_run_of_others() -> None:
+    """Forty connections, each with a run whose next steps take long."""
+
+    class Client:
+        """A connection that accepts all and sends nothing."""
+
+        async def receive(self) -> None:
+            await asyncio.Event().wait()
+
+        async def send_bytes(self, message: bytes) -> None:
+            pass
+
+    class Slow(Session):
+        def more(self, count: int = 5) -> list[bytes]:
+            time.sleep(0.0 if count == 1 else 0.3)
+            return []
+
+    async def among_many() -> float:
+        notice, sessions = server.CompilationNotice(), [Slow(crossing(), method("nao")) for _ in range(40)]
+        serving = [asyncio.create_task(server._serve(Client(), one, notice)) for one in sessions]  # type: ignore[arg-type]
+        await asyncio.sleep(0.5)
+        before = time.monotonic()
+        await notice.during(lambda: None, Client())  # type: ignore[arg-type]
+        passed = time.monotonic() - before
+        for task in serving:
+            task.cancel()
+        await asyncio.gather(*serving, return_exceptions=True)
+        return passed
+
+    assert asyncio.run(among_many()) < 1.0
+
+
 def test_the_page_tells_that_kernels_compile(monkeypatch: pytest.MonkeyPatch) -> None:
     """Only if they do, and before the session is there; a later compilation is announced again."""
     monkeypatch.setattr(kernels, "when_compiling", [])

@@ -662,10 +662,25 @@ DECISIONS: dict[str, Callable[[Path], object]] = {
     r"--method: expected none with the file of a decision, found 'vo'": lambda folder: command(
         "decide", str(dumped()(folder)), "--method", "vo"
     )(folder),
+    r"--at: expected none with the file of a decision, found 3": lambda folder: command(
+        "view", str(dumped()(folder)), "--no-browser", "--at", "3"
+    )(folder),
+    r"decision: expected one that a navigator made, found none of its inputs": lambda _: slalom.view.decision(
+        replace(decision(), inputs=None), navigator(), GOAL
+    ),
+    r"--at: expected a time of the run, which ends after .* s, found 999": command("explain", "empty", "--at", "999"),
+    r"run\.h5: expected a run of a method of slalom, found one of social_force": lambda folder: (
+        replace(short_run(), method="social_force").save(folder / "run.h5"),
+        command("explain", "{}/run.h5")(folder),
+    ),
     r"--figure: expected a decision with a goal": lambda folder: command(
         "decide", str(dumped(without_goal)(folder)), "--figure", "{}/a.svg"
     )(folder),
 }
+
+
+def short_run() -> Recording:
+    return simulate(gallery.build("empty").with_settings({"duration": 0.3}), METHODS["nao"])
 
 
 def without_goal(content: dict) -> None:

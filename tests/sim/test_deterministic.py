@@ -13,6 +13,7 @@ from slalom.io.table import sample_data
 from slalom.peers import contender
 from slalom.sim import Row, compare_all, simulate
 from slalom.sim.sweep.case import drawn, is_deterministic
+from slalom.sim.sweep.study import named
 
 RANDOM = {"message_delay": 0.1, "message_loss": 0.1, "sight_noise": 0.01, "sight_loss": 0.1}
 
@@ -55,6 +56,16 @@ def test_tables_count_one_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert [(row["deterministic"], row["runs"], row["distinct_runs"]) for row in found] == [(True, 3, 1), (False, 3, 3)]
     assert found[0]["runs_with_collision_interval"] is None
     assert found[1]["runs_with_collision_interval"] is not None
+
+
+def test_one_run_of_a_deterministic_file_is_made(capsys: pytest.CaptureFixture[str]) -> None:
+    """Without a number of seeds; a random scenario has 100."""
+    file = str(sample_data("crossing.yaml"))
+    assert call(["compare", file, "--set", "duration=0.3", "--methods", "nao", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["seeds"], found["methods"]["nao"]["runs"]) == (1, 1)
+    seeds = [row.seeds for row in named([file, "circle", str(sample_data("imazu.yaml"))]).rows]
+    assert seeds == [1, 100, 22]
 
 
 def test_every_row_counts_alone() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+import shapely
 from draws import draws
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -20,9 +21,10 @@ from matplotlib.path import Path as Ring
 import slalom
 from slalom import view
 from slalom.io.table import sample_data
-from slalom.sim import gallery, load, simulate
+from slalom.sim import decision_at, gallery, load, simulate
+from slalom.sim.explanation import beginning_of, drawn_controls, kind, known_at
 from slalom.sim.scenario import Robot, Scenario
-from slalom.view.control_space import admissible_region, drawn_controls
+from slalom.view.control_space import admissible_region
 from slalom.view.fleet import Picture
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 
@@ -300,7 +302,7 @@ def test_temporal_elements_are_drawn_where_they_are() -> None:
         assert "temporal elements" in legend_texts(ax)
 
 
-def test_a_kept_manoeuvre_of_another_response_is_shown_by_what_it_applies() -> None:
+def test_a_kept_manoeuvre_is_drawn_in_the_control_space_from_which_it_was_chosen() -> None:
     state, obstacles, goal = scene_in_plane()
     robot = slalom.Navigator(slalom.method("nao"), slalom.Disc(0.8), slalom.Limits(6.0, 3.0), patience=100.0)
     first = robot.decide(state, obstacles, goal)
@@ -310,10 +312,36 @@ def test_a_kept_manoeuvre_of_another_response_is_shown_by_what_it_applies() -> N
     assert kept.outcome is slalom.Outcome.KEPT
     figure = view.decision(kept, robot, goal, track=[state.position, later.position], resolution=41)
     right = figure.axes[1]
-    assert "applied now (manoeuvre kept)" in legend_texts(right)
-    applied = kept.manoeuvre.mean_acceleration(robot.period, robot.period)
-    assert np.ravel(one(right, "chosen").get_data()) == pytest.approx(applied)
+    assert right.get_title().endswith(f", {robot.period:.1f} s ago")
+    assert kind(first.manoeuvre.response).description in right.get_title()
+    assert np.ravel(one(right, "chosen").get_data()) == pytest.approx(first.manoeuvre.control)
+    assert np.ravel(one(right, "preferred").get_data()) == pytest.approx(first.preferred)
+    # Of a file the beginning is not known: nothing is drawn as chosen.
+    unknown = replace(kept, begun=None)
+    assert not by_gid(view.decision(unknown, robot, goal, resolution=41).axes[1], "chosen")
     assert np.column_stack(one(figure.axes[0], "track").get_data())[-1] == pytest.approx(later.position)
+
+
+@pytest.mark.parametrize(("name", "by"), [("roundabout_crossing", "nao"), ("roundabout_crossing", "nao_ahead")])
+def test_the_chosen_control_of_a_safe_decision_is_drawn_outside_of_the_colour(name: str, by: str) -> None:
+    """Read back from the drawn figure, of new and kept manoeuvres."""
+    scenario, chosen_by = gallery.build(name), slalom.method(by)
+    run = simulate(scenario, chosen_by)
+    told = [k for k, outcomes in enumerate(run.outcomes) if outcomes[0] and slalom.Outcome[outcomes[0]].safe]
+    kept = 0
+    for k in told[:: max(1, len(told) // 12)]:
+        decision = decision_at(run, scenario, chosen_by, k)
+        figure = view.decision(decision, scenario.navigator(chosen_by), scenario.robot.goal, resolution=21)
+        left, right = figure.axes[:2]
+        assert one(left, "robot").center == pytest.approx(run.positions[k, 0])
+        mark = shapely.Point(np.ravel(one(right, "chosen").get_data()))
+        coloured = shapely.Polygon()
+        for patch in by_gid(right, "blocked"):
+            for ring in patch.get_path().to_polygons():
+                coloured = coloured.symmetric_difference(shapely.make_valid(shapely.Polygon(ring)))
+        assert not coloured.contains(mark) or coloured.boundary.distance(mark) < 1e-3
+        kept += decision.begun is not None
+    assert kept > 2
 
 
 def test_a_path_is_drawn_and_the_preferred_control_leads_to_a_point_on_it() -> None:
@@ -333,7 +361,8 @@ def test_a_path_is_drawn_and_the_preferred_control_leads_to_a_point_on_it() -> N
     assert {"goal and path", "point ahead on the path"} <= set(legend_texts(left))
     anew = robot.decide(later, obstacles, goal, now=robot.period)
     assert anew.blocked.response == kept.blocked.response
-    assert drawn_controls(kept, robot, goal).preferred == pytest.approx(anew.preferred)
+    assert drawn_controls(known_at(kept)).preferred == pytest.approx(anew.preferred)
+    assert drawn_controls(beginning_of(kept)).preferred == pytest.approx(first.preferred)
     assert np.linalg.norm(robot.decide(later, obstacles, slalom.Goal(goal.trajectory)).preferred - anew.preferred) > 1.0
     for x, y in goal.points:
         assert left.viewLim.contains(x, y)

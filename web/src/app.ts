@@ -2,7 +2,7 @@
 
 import { CHARTS, drawChart } from "./charts.ts";
 import { connect } from "./connect.ts";
-import { controlView, drawControl, type Panel } from "./control.ts";
+import { controlView, drawControl, enlargedView, type Panel } from "./control.ts";
 import { Dragging } from "./drag.ts";
 import { Viewport } from "./geometry.ts";
 import { legends, titles } from "./legends.ts";
@@ -11,10 +11,14 @@ import type { Message, Scene } from "./protocol.ts";
 import type { Command, Source } from "./sources.ts";
 import { camera, Eye } from "./camera.ts";
 import { projectionViews } from "./projections.ts";
+import { read, write, type Held } from "./state.ts";
 import { drawSpace } from "./space.ts";
 import { DARK, LIGHT, type Theme } from "./theme.ts";
 import { build, type Parts } from "./ui.ts";
 import { drawWorkspace } from "./workspace.ts";
+
+/** [ms] Longest time that a view which plays waits for the control space of a decision. */
+const PATIENCE = 1000;
 
 export class App {
   readonly model = new Model();
@@ -33,19 +37,34 @@ export class App {
   private drawn = "";
   private asked = new Map<number, number>();
   private number = 0;
-  private looked = "";
+  private looked = new Set<string>();
+  /** [ms] When the playing began to wait for a control space; null: it does not. */
+  private waits: number | null = null;
   private answered: number | null = null;
   /** A text that is shown until the next frames. */
   private notice = "";
+  /** Whether the address holds the state: on a page of its own. */
+  private readonly addressed: boolean;
+  private held: Held = {};
+  /** The step to show once it is there, of an address. */
+  private due: number | null = null;
+  private restoring = false;
+  /** Whether the scene in `held` is the one that is shown. */
+  private current = false;
+  private written = "";
+  private writtenAt = 0;
 
   constructor(
     host: HTMLElement,
     readonly source: Source,
   ) {
     const { root, parts } = build(source.live);
+    parts.why.textContent = "The scene is being prepared.";
     this.root = root;
     this.parts = parts;
+    this.addressed = host.id === "slalom";
     host.append(root);
+    root.classList.add("waiting");
     const dark = window.matchMedia("(prefers-color-scheme: dark)");
     this.setTheme(dark.matches ? DARK : LIGHT);
     dark.addEventListener("change", () => this.setTheme(dark.matches ? DARK : LIGHT));
@@ -53,13 +72,21 @@ export class App {
     connect(this);
     source.start(
       (messages) => this.receive(messages),
-      (sentence) => (parts.note.textContent = sentence),
+      (sentence) => this.say(sentence),
+      () => this.opened(),
     );
+    if (this.addressed && !source.live) void this.restore();
     const resized = new ResizeObserver(() => (this.drawn = ""));
     root.querySelectorAll(".frame").forEach((frame) => resized.observe(frame));
     const tick = (now: number): void => {
-      this.frame(now);
       requestAnimationFrame(tick);
+      try {
+        this.frame(now);
+      } catch (error) {
+        // One picture that cannot be drawn must not end the drawing of all later ones.
+        console.error(error);
+        this.say(`This picture cannot be drawn: ${String(error)}`);
+      }
     };
     requestAnimationFrame(tick);
   }
@@ -80,16 +107,99 @@ export class App {
 
   private receive(messages: Message[]): void {
     for (const message of messages) {
+      if (message.kind === "control") this.waits = null;
       const fresh = this.model.take(message);
+      if (fresh) this.say("");
       if (fresh) this.begin(message as Scene);
       if (message.kind === "control" || message.kind === "probe") this.answered = message.answers;
       if (message.kind === "control" || message.kind === "probe") this.dragging.answer(message.answers);
       if (message.kind === "error" || message.kind === "note") this.say(message.text);
       if (message.kind === "note") this.notice = message.text;
+      if (message.kind === "note" && !this.model.scene) this.parts.why.textContent = `The scene is being prepared: ${message.text}.`;
       if (message.kind === "frames") this.endNotice();
       if (message.kind === "error") this.dragging.answer(Infinity);
-      if (message.kind === "yaml") void this.showYaml(message.text);
+      if (message.kind === "error") {
+        this.restoring = false;
+        this.reset();
+      }
+      if (message.kind === "yaml" && message.quiet) this.held.scene = message.text;
+      else if (message.kind === "yaml") void this.showYaml(message.text);
+      if (message.kind === "control" && message.slot === 1) this.compareWith(message.method);
     }
+  }
+
+  /** The lists show what is shown, also after a choice that was refused. */
+  private reset(): void {
+    const { model, parts } = this;
+    if (!model.scene) return;
+    const [method, foresight] = model.scene.method.split("@") as [string, string?];
+    parts.method.value = method;
+    parts.foresight.value = foresight ?? "";
+    parts.compare.value = model.scene.compare ?? "";
+    parts.horizon.value = String(model.scene.horizon);
+    parts.robot.value = String(model.selected);
+  }
+
+  /** The name of the chosen method with its foresight. */
+  chooseMethod(): void {
+    const { method, foresight } = this.parts;
+    this.act({ do: "method", name: method.value + (foresight.value ? `@${foresight.value}` : "") });
+  }
+
+  /** Sends a command of the user; what was said of the last one is no longer shown. */
+  act(command: Command): number {
+    this.say("");
+    return this.send(command);
+  }
+
+  /** Restores what the page held, from its address at first; when it connects again what it showed. */
+  private opened(): void {
+    this.say("");
+    void this.restore();
+  }
+
+  private async restore(): Promise<void> {
+    if (!this.addressed || this.restoring) return;
+    this.restoring = true;
+    try {
+      if (!this.model.scene) this.held = await read();
+    } catch (error) {
+      this.say(`The address holds no scene that can be read: ${String(error)}`);
+    }
+    const { step, ...state } = this.held;
+    this.due = step ?? null;
+    if (this.source.live && (state.scene || state.method || state.compare || state.robot)) this.send({ do: "restore", ...state });
+    else this.restoring = false;
+  }
+
+  /** Keeps the state in the address, at most twice a second. */
+  private keep(now: number): void {
+    const { model } = this;
+    const scene = model.scene!;
+    if (this.due !== null && !this.restoring && (model.count > this.due || model.complete)) {
+      if (!this.source.live && this.held.robot) this.select(this.held.robot);
+      this.seek(this.due);
+      this.due = null;
+    }
+    if (!this.addressed || this.restoring || this.due !== null || now - this.writtenAt < 500) return;
+    if (this.source.live && scene.undo && model.complete && !this.current) {
+      this.current = true;
+      this.send({ do: "yaml", quiet: true });
+    }
+    if (!scene.undo) delete this.held.scene;
+    const { scene: text } = this.held;
+    this.held = {
+      ...(text ? { scene: text } : {}),
+      ...(this.source.live && !scene.recorded ? { method: scene.method } : {}),
+      ...(scene.compare ? { compare: scene.compare } : {}),
+      robot: model.selected,
+      step: model.step,
+    };
+    const state = JSON.stringify(this.held);
+    if (model.playing || state === this.written) return;
+    this.written = state;
+    this.writtenAt = now;
+    void write(this.held);
   }
 
   private begin(scene: Scene): void {
@@ -103,8 +213,12 @@ export class App {
     this.show("deciding", scene.dimension === 2);
     parts.robot.max = String(scene.robots.length - 1);
     parts.robot.value = String(model.selected);
+    this.root.classList.remove("waiting");
+    this.restoring = this.restoring && !scene.restored;
+    this.current = false;
     if (parts.method.options.length === 0) {
       parts.compare.append(new Option("none", ""));
+      parts.foresight.append(new Option("its own", ""), ...scene.foresights.map((name) => new Option(name, name)));
       for (const [name, sentence] of Object.entries(scene.methods)) {
         for (const list of [parts.method, parts.compare]) {
           const option = new Option(name, name);
@@ -113,9 +227,7 @@ export class App {
         }
       }
     }
-    parts.method.value = scene.method;
-    parts.compare.value = scene.compare ?? "";
-    parts.horizon.value = String(scene.horizon);
+    this.reset();
     parts.undo.disabled = !scene.undo;
     parts.element.max = String(scene.horizon);
     if (model.element > scene.horizon) model.element = 0;
@@ -123,7 +235,7 @@ export class App {
     if (!this.view || !scene.live) this.view = null;
     if (scene.notes.length && (!scene.live || scene.recorded)) this.say(scene.notes.join(" "));
     this.drawn = "";
-    this.looked = "";
+    this.looked.clear();
   }
 
   /** Shows or hides the panel of the second method. */
@@ -134,13 +246,21 @@ export class App {
     this.drawn = "";
   }
 
-  /** Shows the decision of a second method in the same state; "" for none. */
+  /** Asks for the decision of a second method in the same state; "" for none. */
   compare(name: string): void {
+    this.outdate();
+    if (!name) this.compareWith("");
+    this.dragging.expect(this.act({ do: "compare", name, step: this.model.step }));
+  }
+
+  /** Shows the panel of a second method; "" for none. */
+  private compareWith(name: string): void {
     const { model } = this;
+    if ((model.scene!.compare ?? "") === name) return;
     model.scene!.compare = name || null;
     if (!name) model.controls[1]!.clear();
+    this.reset();
     this.arrange();
-    this.dragging.expect(this.send({ do: "compare", name, step: model.step }));
   }
 
   private show(name: string, visible: boolean): void {
@@ -176,7 +296,6 @@ export class App {
     if (on && model.playhead >= model.count - 1 && model.complete) model.playhead = 0;
     model.playing = on;
     this.parts.play.textContent = on ? "❚❚" : "▶";
-    this.looked = "";
   }
 
   seek(step: number): void {
@@ -186,9 +305,10 @@ export class App {
 
   select(robot: number): void {
     const { model } = this;
-    model.selected = Math.max(0, Math.min(model.scene!.robots.length - 1, robot));
+    if (!model.scene || !Number.isFinite(robot)) return;
+    model.selected = Math.max(0, Math.min(model.scene.robots.length - 1, Math.round(robot)));
     this.parts.robot.value = String(model.selected);
-    this.looked = "";
+    this.looked.clear();
     this.drawn = "";
     if (this.source.live) this.send({ do: "select", robot: model.selected });
   }
@@ -217,10 +337,12 @@ export class App {
     const scene = model.scene;
     if (!scene || !model.count) return;
     if (model.playing) {
-      model.playhead = Math.min(model.count - 1, model.playhead + (passed * model.speed) / scene.dt);
+      const next = Math.min(model.count - 1, model.playhead + (passed * model.speed) / scene.dt);
+      model.playhead = this.lacks(next) && this.patient(now) ? model.playhead : next;
       if (model.complete && model.playhead >= model.count - 1) this.play(false);
     }
     this.look();
+    this.keep(now);
     const state = `${model.version} ${model.playhead} ${model.selected} ${this.plane} ${this.zoom}`;
     if (state === this.drawn) return;
     this.drawn = state;
@@ -237,17 +359,41 @@ export class App {
     parts.time.max = String(Math.max(1, model.count - 1));
     parts.time.value = String(model.step);
     parts.clock.textContent = `t ${model.time.toFixed(2)} s`;
+    const result = model.ended?.text ?? "";
+    if (parts.result.textContent !== result) parts.result.textContent = result;
+    parts.result.classList.toggle("alert", Boolean(model.ended?.collided));
     parts.ahead.textContent = model.element ? `+${model.element.toFixed(2)} s` : "now";
   }
 
-  /** Asks the server for the control space of the step that is shown. */
+  /** Whether the control space of the decision at a playhead is missing, of a view that shows control spaces. */
+  private lacks(playhead: number): boolean {
+    return this.source.live && this.model.control() !== null && !this.model.has(Math.floor(playhead + 1e-9));
+  }
+
+  /** Whether to wait for a control space: not longer than PATIENCE. */
+  private patient(now: number): boolean {
+    this.waits ??= now;
+    return now - this.waits < PATIENCE;
+  }
+
+  /** Asks the server for the control space of the decision that is shown, and while it plays for the next one. */
   private look(): void {
     const { model } = this;
-    if (!this.source.live || this.dragging.active) return;
-    const key = `${model.step} ${model.selected}`;
-    if (key === this.looked || this.dragging.waiting) return;
-    this.looked = key;
-    this.dragging.expect(this.send({ do: "look", step: model.step, robot: model.selected }));
+    if (!this.source.live || this.dragging.active || this.dragging.waiting) return;
+    const ahead = model.playing ? [model.step + model.scene!.period_steps] : [];
+    for (const step of [model.step, ...ahead]) {
+      const key = `${step} ${model.selected}`;
+      if (step >= model.count || model.has(step) || this.looked.has(key)) continue;
+      this.looked.add(key);
+      this.dragging.expect(this.send({ do: "look", step }));
+      return;
+    }
+  }
+
+  /** Forgets what was asked, after a change of what control spaces show. */
+  outdate(): void {
+    this.looked.clear();
+    this.model.outdate();
   }
 
   redraw(): void {
@@ -265,18 +411,20 @@ export class App {
     };
   }
 
-  controlViewport(slot: number): Viewport | null {
+  /** The viewport of a control space; with a pixel on the enlarged picture in it, that of this picture. */
+  controlViewport(slot: number, pixel?: [number, number]): Viewport | null {
     const control = this.model.control(slot);
-    return control ? controlView(control, this.panel(slot)) : null;
+    if (!control) return null;
+    const view = controlView(control, this.panel(slot));
+    const inset = pixel ? enlargedView(control, this.panel(slot), view) : null;
+    return inset?.holds(...pixel!) ? inset : view;
   }
 
   /** Shows the slice of the projection at a pixel; returns whether there is one. */
   choosePlane(slot: number, x: number, y: number): boolean {
     const control = this.model.control(slot);
     if (!control || control.planes.length < 2) return false;
-    const found = projectionViews(control, this.panel(slot)).findIndex(
-      (view) => x >= view.left && x <= view.left + view.width && y >= view.top && y <= view.top + view.height,
-    );
+    const found = projectionViews(control, this.panel(slot)).findIndex((view) => view.holds(x, y));
     if (found >= 0) this.plane = found;
     this.drawn = "";
     return found >= 0;

@@ -6,7 +6,8 @@ import { css, OUTCOMES, viridis, type Theme } from "./theme.ts";
 /** Time [s] to a robot's goal at its largest speed. */
 export function timeToGoal(model: Model, k: number): number {
   const robot = model.scene!.robots[k]!;
-  return Math.hypot(...model.robot(k).map((x, c) => robot.goal[c]! - x)) / robot.max_speed;
+  const goal = model.goal(k);
+  return Math.hypot(...model.robot(k).map((x, c) => goal[c]! - x)) / robot.max_speed;
 }
 
 /** The time [s] at which the colours of times to the goal end: that of the farthest robot at the start, rounded. */

@@ -14,19 +14,29 @@ export function connect(app: App): void {
   parts.time.oninput = () => app.seek(Number(parts.time.value));
   parts.element.oninput = () => app.setElement(Number(parts.element.value));
   parts.deciding.onchange = () => app.setDeciding(parts.deciding.checked);
-  parts.robot.onchange = () => app.select(Number(parts.robot.value));
+  parts.robot.onchange = () => {
+    app.select(parts.robot.valueAsNumber);
+    parts.robot.value = String(model.selected);
+  };
   parts.colouring.onchange = () => {
     model.colouring = parts.colouring.value as typeof model.colouring;
     app.redraw();
   };
   parts.theme.onclick = () => app.setTheme(app.theme === DARK ? LIGHT : DARK);
   parts.help.onclick = () => parts.keys.showModal();
-  parts.method.onchange = () => app.send({ do: "method", name: parts.method.value });
+  parts.method.onchange = parts.foresight.onchange = () => app.chooseMethod();
   parts.compare.onchange = () => app.compare(parts.compare.value);
-  parts.response.onchange = () => app.send({ do: "response", number: Number(parts.response.value), step: model.step });
-  parts.horizon.onchange = () => app.send({ do: "set", name: "horizon", value: Number(parts.horizon.value) });
-  parts.undo.onclick = () => app.send({ do: "undo" });
-  parts.yaml.onclick = () => app.send({ do: "yaml" });
+  parts.response.onchange = () => {
+    app.outdate();
+    app.act({ do: "response", number: Number(parts.response.value), step: model.step });
+  };
+  parts.horizon.onchange = () => app.act({ do: "set", name: "horizon", value: Number(parts.horizon.value) });
+  parts.undo.onclick = () => app.act({ do: "undo" });
+  parts.yaml.onclick = () => app.act({ do: "yaml" });
+  // The arrows then step through time, not through a list that was used.
+  app.root.querySelectorAll("select").forEach((list) =>
+    list.addEventListener("change", () => parts.workspace.canvas.focus({ preventScroll: true })),
+  );
   parts.add.onclick = () => app.dragging.add();
   parts.remove.onclick = () => app.dragging.remove();
   parts.charts.forEach((canvas) => {

@@ -9,9 +9,15 @@ import { css, viridis, type Theme } from "./theme.ts";
 
 const NONE = 255;
 const STEPS = 250;
-const BAR = 62;
 const FOOT = 40;
-const SIDE = 48;
+/** [pixel] Left and right of the square: axis and colour bar, in a panel narrower than NARROW without their names. */
+const SIDES: [number, number] = [48, 62];
+const NARROW_SIDES: [number, number] = [30, 36];
+const NARROW = 420;
+/** [1] An admissible set smaller than this share of the panel is also shown enlarged, in a corner. */
+const SMALL = 0.2;
+/** [1] Side of that picture, as a share of the panel. */
+const ENLARGED = 0.36;
 
 export interface Panel {
   width: number;
@@ -27,8 +33,9 @@ export function controlView(control: Control, panel: Panel): Viewport {
   const plane = control.planes[panel.plane]!;
   const beside = projectionsWidth(control, panel);
   const width = panel.width - (beside ? beside + 10 : 0);
-  const side = Math.max(40, Math.min(width - SIDE - BAR, height - FOOT - 12));
-  const left = SIDE + (width - SIDE - BAR - side) / 2;
+  const [before, after] = panel.width < NARROW ? NARROW_SIDES : SIDES;
+  const side = Math.max(40, Math.min(width - before - after, height - FOOT - 12));
+  const left = before + (width - before - after - side) / 2;
   return new Viewport(0, 0, (side / (2 * plane.half)) * zoom, side, side, left, 8);
 }
 
@@ -49,10 +56,14 @@ export function drawControl(g: Context, model: Model, control: Control, panel: P
     if (model.deciding) drawDeciding(g, model, control, view, theme);
   }
   drawAdmissible(g, control, panel, view);
-  drawMarks(g, model, control, plane, view, theme);
+  const inset = enlargedView(control, panel, view);
+  const marks = controlMarks(model, control, plane);
+  drawMarks(g, marks.filter(({ point }) => !inset || !within(inset, point)), view, theme);
   g.restore();
-  drawAxes(g, control, plane, view, theme);
-  drawBar(g, control, view, theme);
+  if (inset) drawEnlarged(g, model, control, panel, plane, view, inset);
+  const named = panel.width >= NARROW;
+  drawAxes(g, control, plane, view, theme, named);
+  drawBar(g, control, view, theme, named);
   drawProjections(g, control, panel);
 }
 
@@ -160,22 +171,76 @@ function drawAdmissible(g: Context, control: Control, panel: Panel, view: Viewpo
   }
 }
 
-function drawMarks(
+/** The picture of a small admissible set, in the corner farthest from it; null for a larger set, and in space. */
+export function enlargedView(control: Control, panel: Panel, view: Viewport): Viewport | null {
+  const border = control.arrays[`admissible${panel.plane}`]?.values;
+  if (!border || control.planes.length > 1) return null;
+  const [low, high] = [[Infinity, Infinity], [-Infinity, -Infinity]];
+  border.forEach((x, k) => {
+    low[k % 2] = Math.min(low[k % 2]!, x);
+    high[k % 2] = Math.max(high[k % 2]!, x);
+  });
+  const half = 0.75 * Math.max(high[0]! - low[0]!, high[1]! - low[1]!);
+  if (2 * half * view.scale > SMALL * view.width) return null;
+  const [x, y] = [(low[0]! + high[0]!) / 2, (low[1]! + high[1]!) / 2];
+  const side = ENLARGED * view.width;
+  const left = view.left + (view.px(x) > view.left + view.width / 2 ? 5 : view.width - side - 5);
+  const top = view.top + (view.py(y) > view.top + view.height / 2 ? 5 : view.height - side - 5);
+  return new Viewport(x, y, side / (2 * half), side, side, left, top);
+}
+
+function drawEnlarged(
   g: Context,
   model: Model,
   control: Control,
+  panel: Panel,
   plane: PlaneInfo,
   view: Viewport,
-  theme: Theme,
+  inset: Viewport,
 ): void {
+  const { theme } = panel;
+  const frame = (left: number, top: number, side: number): void => g.strokeRect(left, top, side, side);
+  g.save();
+  g.beginPath();
+  g.rect(inset.left, inset.top, inset.width, inset.height);
+  g.fillStyle = theme.paper;
+  g.fill();
+  g.clip();
+  drawTimes(g, control, plane, panel, inset);
+  drawOutlines(g, control, panel, inset);
+  if (model.deciding) drawDeciding(g, model, control, inset, theme);
+  drawAdmissible(g, control, panel, inset);
+  drawMarks(g, controlMarks(model, control, plane).filter(({ point }) => within(inset, point)), inset, theme);
+  g.restore();
+  g.strokeStyle = theme.ink;
+  g.lineWidth = 1;
+  frame(inset.left, inset.top, inset.width);
+  const size = (inset.width / inset.scale) * view.scale;
+  frame(view.px(inset.x) - size / 2, view.py(inset.y) - size / 2, size);
+}
+
+/** Whether a point of the plane is in a picture. */
+function within(view: Viewport, [x, y]: [number, number]): boolean {
+  return Math.max(Math.abs(x - view.x), Math.abs(y - view.y)) * view.scale <= view.width / 2;
+}
+
+interface Mark {
+  point: [number, number];
+  hollow: boolean;
+}
+
+/** The preferred and the chosen control on the plane. */
+function controlMarks(model: Model, control: Control, plane: PlaneInfo): Mark[] {
   const chosen = model.probe && model.probe.slot === control.slot ? model.probe.control : control.chosen;
+  return [control.preferred, chosen].flatMap((u, k) =>
+    u ? [{ point: [u[plane.axes[0]]!, u[plane.axes[1]]!] as [number, number], hollow: k === 0 }] : [],
+  );
+}
+
+function drawMarks(g: Context, marks: Mark[], view: Viewport, theme: Theme): void {
   const inset = 9;
-  for (const [point, hollow] of [
-    [control.preferred, true],
-    [chosen, false],
-  ] as const) {
-    if (!point) continue;
-    const [px, py] = [view.px(point[plane.axes[0]]!), view.py(point[plane.axes[1]]!)];
+  for (const { point, hollow } of marks) {
+    const [px, py] = [view.px(point[0]), view.py(point[1])];
     const x = Math.min(view.left + view.width - inset, Math.max(view.left + inset, px));
     const y = Math.min(view.top + view.height - inset, Math.max(view.top + inset, py));
     const outside = Math.abs(x - px) + Math.abs(y - py) > 0.5;
@@ -198,7 +263,7 @@ function drawMarks(
   }
 }
 
-function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport, theme: Theme): void {
+function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport, theme: Theme, named: boolean): void {
   const half = view.width / 2 / view.scale;
   g.strokeStyle = theme.ink;
   g.lineWidth = 1;
@@ -217,8 +282,10 @@ function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport
     text(g, theme, number(value), x, base + 6, { align: "center", baseline: "top", size: 11, plain: true });
     text(g, theme, number(value), view.left - 7, y, { align: "right", baseline: "middle", size: 11, plain: true });
   }
-  const name = (axis: number): string => `${letter}${letters[plane.axes[axis]!]} [${unit}]`;
-  text(g, theme, name(0), view.left + view.width / 2, base + 22, { align: "center", baseline: "top" });
+  const name = (...of: number[]): string => `${of.map((k) => letter + letters[plane.axes[k]!]).join(", ")} [${unit}]`;
+  const across = named ? name(0) : name(0, 1);
+  text(g, theme, across, view.left + view.width / 2, base + 22, { align: "center", baseline: "top" });
+  if (!named) return;
   g.save();
   g.translate(view.left - 34, view.top + view.height / 2);
   g.rotate(-Math.PI / 2);
@@ -226,7 +293,7 @@ function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport
   g.restore();
 }
 
-function drawBar(g: Context, control: Control, view: Viewport, theme: Theme): void {
+function drawBar(g: Context, control: Control, view: Viewport, theme: Theme, named: boolean): void {
   const [x, width] = [view.left + view.width + 10, 12];
   for (let row = 0; row < view.height; row++) {
     g.fillStyle = css(viridis(1 - row / view.height, theme));
@@ -239,6 +306,7 @@ function drawBar(g: Context, control: Control, view: Viewport, theme: Theme): vo
     const y = view.top + view.height * (1 - value / control.horizon);
     text(g, theme, number(value), x + width + 4, y, { baseline: "middle", size: 11, plain: true });
   }
+  if (!named) return;
   g.save();
   g.translate(x + width + 30, view.top + view.height / 2);
   g.rotate(-Math.PI / 2);

@@ -3,17 +3,27 @@
 import type { App } from "./app.ts";
 import { arrow, text, type Context, type Viewport } from "./geometry.ts";
 import { orbit, type Eye } from "./camera.ts";
-import { handles, hit, hitSpace, pixel, place, type Handle } from "./handles.ts";
+import { handles, hit, hitSpace, pixel, place, told, type Handle } from "./handles.ts";
 import { gridWords } from "./legends.ts";
 import type { Theme } from "./theme.ts";
 import { tip } from "./workspace.ts";
 
+/** [pixel] A pointer that moves less does not drag: a click names a body and changes nothing. */
+const STILL = 4;
+/** [pixel] How near a finger must be to a control that it drags. */
+const FINGER = 30;
 
 export class Dragging {
   active: Handle | null = null;
   /** The handle that the keyboard moves. */
   handle: Handle | null = null;
   private offset: [number, number] = [0, 0];
+  /** What the pointer went down on, until it moves. */
+  private pressed: Handle | null = null;
+  /** Where the pointers are, by id: two of them magnify. */
+  private readonly pointers = new Map<number, [number, number]>();
+  /** Where the pointer went down. */
+  private from: [number, number] = [0, 0];
   private gesture = 0;
   private pending: { handle: Handle; to: number[]; final: boolean } | null = null;
   private expected: number | null = null;
@@ -46,6 +56,11 @@ export class Dragging {
     canvas.addEventListener("pointermove", (event) => this.move(canvas, slot, event));
     for (const name of ["pointerup", "pointercancel"] as const)
       canvas.addEventListener(name, (event) => this.up(slot, event));
+    // A finger that drags something does not move the page.
+    canvas.addEventListener("touchstart", (event) => (this.active || this.pressed || event.touches.length > 1) && event.preventDefault(), {
+      passive: false,
+    });
+    if (slot < 0) canvas.addEventListener("pointerleave", () => (this.app.parts.hover.textContent = ""));
     canvas.addEventListener("wheel", (event) => this.wheel(slot, event), { passive: false });
   }
 
@@ -54,9 +69,16 @@ export class Dragging {
     canvas.focus({ preventScroll: true });
     const { app } = this;
     const { model } = app;
+    this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
     if (!model.scene) return;
+    if (this.pointers.size > 1) {
+      this.active = this.pressed = this.panning = null;
+      return;
+    }
+    this.from = [event.offsetX, event.offsetY];
     if (slot >= 0) {
       if (!model.control(slot) || app.choosePlane(slot, event.offsetX, event.offsetY)) return;
+      if (event.pointerType === "touch" && !this.nearChosen(slot)) return;
       this.gesture++;
       this.active = { what: "control", index: 0, slot };
       this.offset = [0, 0];
@@ -69,9 +91,7 @@ export class Dragging {
       return;
     }
     if (found && app.source.live && model.scene.dimension === 2) {
-      app.play(false);
-      this.gesture++;
-      this.active = this.handle = found;
+      this.pressed = this.handle = found;
       const at = place(this.app, found)!;
       const view = app.view!;
       this.offset = [view.px(at[0]!) - event.offsetX, view.py(at[1]!) - event.offsetY];
@@ -83,6 +103,17 @@ export class Dragging {
 
   private move(canvas: HTMLCanvasElement, slot: number, event: PointerEvent): void {
     const { app } = this;
+    if (this.pointers.has(event.pointerId)) {
+      const before = this.spread();
+      this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+      if (before) return this.magnify(slot, this.spread() / before, ...this.middle());
+    }
+    const moved = Math.hypot(event.offsetX - this.from[0], event.offsetY - this.from[1]);
+    if (this.pressed && !this.active && moved > STILL) {
+      app.play(false);
+      this.gesture++;
+      this.active = this.pressed;
+    }
     if (this.active) return this.drag(slot, event, false);
     if (this.panning && slot < 0) {
       const [dx, dy] = [event.offsetX - this.panning.x, event.offsetY - this.panning.y];
@@ -97,12 +128,35 @@ export class Dragging {
       return;
     }
     if (slot < 0 && app.model.scene?.dimension === 2) {
-      canvas.style.cursor = hit(app, this.handle, event.offsetX, event.offsetY) ? "grab" : "default";
+      const found = hit(app, this.handle, event.offsetX, event.offsetY, true);
+      canvas.style.cursor = found && app.source.live ? "grab" : "default";
+      const words = found ? told(app, found) : "";
+      if (app.parts.hover.textContent !== words) app.parts.hover.textContent = words;
     }
   }
 
+  /** Whether the pointer went down near the chosen control: elsewhere a finger moves the page. */
+  private nearChosen(slot: number): boolean {
+    const view = this.app.controlViewport(slot, this.from)!;
+    const [x, y] = place(this.app, { what: "control", index: 0, slot })!;
+    return Math.hypot(view.px(x!) - this.from[0], view.py(y!) - this.from[1]) < FINGER;
+  }
+
+  /** [pixel] Distance of two pointers; 0 for one. */
+  private spread(): number {
+    const [a, b] = [...this.pointers.values()];
+    return a && b ? Math.hypot(a[0] - b[0], a[1] - b[1]) : 0;
+  }
+
+  /** Middle of two pointers. */
+  private middle(): [number, number] {
+    const [a, b] = [...this.pointers.values()] as [[number, number], [number, number]];
+    return [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+  }
+
   private up(slot: number, event: PointerEvent): void {
-    this.panning = null;
+    this.panning = this.pressed = null;
+    this.pointers.delete(event.pointerId);
     if (!this.active) return;
     this.drag(slot, event, true);
     this.active = null;
@@ -135,7 +189,7 @@ export class Dragging {
 
   private drag(slot: number, event: PointerEvent, final: boolean): void {
     const { app, active } = this;
-    const view = slot >= 0 ? app.controlViewport(slot) : app.view;
+    const view = slot >= 0 ? app.controlViewport(slot, this.from) : app.view;
     if (!view || !active) return;
     const to = view.inverse(event.offsetX + this.offset[0], event.offsetY + this.offset[1]) as number[];
     if (active.what === "control") this.probe(slot, to, final);
@@ -226,7 +280,7 @@ export class Dragging {
     const { model } = this.app;
     if (!model.scene) return;
     const at = model.robot(model.selected);
-    const goal = model.scene.robots[model.selected]!.goal;
+    const goal = model.goal(model.selected);
     const middle = at.map((x, c) => (x + goal[c]!) / 2);
     const { low, high } = model.scene;
     const span = 0.05 * Math.max(...low.map((x, c) => high[c]! - x));

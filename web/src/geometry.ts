@@ -23,6 +23,11 @@ export class Viewport {
     return new Viewport((low[0]! + high[0]!) / 2, (low[1]! + high[1]!) / 2, scale, width, height, left, top);
   }
 
+  /** Whether a pixel is in the picture. */
+  holds(x: number, y: number): boolean {
+    return x >= this.left && x <= this.left + this.width && y >= this.top && y <= this.top + this.height;
+  }
+
   px(x: number): number {
     return this.left + this.width / 2 + (x - this.x) * this.scale;
   }
@@ -160,11 +165,15 @@ export function text(
   [g.strokeStyle, g.lineWidth, g.fillStyle] = [stroke, width, fill];
 }
 
+/** The least round number from `least` on: 1, 2 or 5 times a power of 10. */
+export function round(least: number): number {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return [1, 2, 5, 10].map((m) => m * power).find((s) => s >= least)!;
+}
+
 /** Round numbers between two limits, about `count` of them. */
 export function ticks(low: number, high: number, count: number): number[] {
-  const rough = (high - low) / Math.max(1, count);
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= rough)!;
+  const step = round((high - low) / Math.max(1, count));
   const found: number[] = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
   return found;

@@ -27,7 +27,7 @@ export function place(app: App, handle: Handle): number[] | null {
     return control.planes[app.plane]!.axes.map((axis) => u[axis]!);
   }
   if (what === "robot") return model.robot(index);
-  if (what === "goal") return scene.robots[index]!.goal;
+  if (what === "goal") return model.goal(index);
   if (what === "robot_velocity") return model.robot(index).map((x, c) => x + model.velocity(index)[c]!);
   const at = scene.obstacles[index] ? model.obstacle(index) : null;
   if (!at || what === "obstacle") return at;
@@ -61,7 +61,7 @@ export function handles(app: App, selected: Handle | null): Handle[] {
 }
 
 /** The handle at a point; another robot counts as a handle, which selects it. */
-export function hit(app: App, selected: Handle | null, x: number, y: number): Handle | null {
+export function hit(app: App, selected: Handle | null, x: number, y: number, all = app.source.live): Handle | null {
   const { model, view } = app;
   const scene = model.scene!;
   if (!view || !model.count) return null;
@@ -71,10 +71,10 @@ export function hit(app: App, selected: Handle | null, x: number, y: number): Ha
     return NEAR;
   };
   const others = scene.robots.map((_, index): Handle => ({ what: "robot", index }));
-  const all = app.source.live ? [...handles(app, selected), ...others] : others;
+  const candidates = all ? [...handles(app, selected), ...others] : others;
   let best: Handle | null = null;
   let nearest = Infinity;
-  for (const handle of all) {
+  for (const handle of candidates) {
     const at = place(app, handle);
     if (!at || handle.what === "control" || (handle.what === "robot" && !model.present(handle.index))) continue;
     const [px, py] = pixel(app, handle, at, view);
@@ -84,6 +84,20 @@ export function hit(app: App, selected: Handle | null, x: number, y: number): Ha
     if (share <= 1 && share * weight < nearest) [best, nearest] = [handle, share * weight];
   }
   return best;
+}
+
+/** Name and values of the body at a handle. */
+export function told(app: App, { what, index }: Handle): string {
+  const { model } = app;
+  const scene = model.scene!;
+  if (what === "goal") return `goal of ${scene.robots[index]!.name}`;
+  const robot = what.startsWith("robot");
+  const velocity = robot ? model.velocity(index) : model.obstacleVelocity(index);
+  const control = model.overlay();
+  const row = control?.others.findIndex(([kind, k]) => kind === (robot ? "robot" : "obstacle") && k === index) ?? -1;
+  const contact = row >= 0 ? control!.arrays["contact"]!.values[row]! : -1;
+  const hits = contact >= 0 ? `, hit by the preferred control in ${contact.toFixed(1)} s` : "";
+  return `${(robot ? scene.robots : scene.obstacles)[index]!.name}: ${Math.hypot(...velocity).toFixed(1)} m/s${hits}`;
 }
 
 export function hitSpace(app: App, x: number, y: number): Handle | null {

@@ -15,10 +15,15 @@ const ARROWS: Record<string, [number, number, number]> = {
 
 export function onKey(app: App, event: KeyboardEvent): void {
   const target = event.target as HTMLElement;
-  const typing = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
+  const field = target instanceof HTMLInputElement ? target.type : target.tagName;
   if (target.closest("dialog[open]")) return;
-  if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
-  if (event.key === " " && target.tagName === "BUTTON") return;
+  const own =
+    field === "number" ||
+    field === "TEXTAREA" ||
+    (field === "range" && /^(Arrow|Page|Home|End)/.test(event.key)) ||
+    (field === "SELECT" && !/^(ArrowLeft|ArrowRight|Escape)$/.test(event.key)) ||
+    (event.key === " " && ["BUTTON", "checkbox"].includes(field));
+  if (own || event.ctrlKey || event.metaKey || event.altKey) return;
   const direction = ARROWS[event.key];
   if (direction && event.shiftKey) {
     app.dragging.nudge(direction);

@@ -4,6 +4,11 @@ import type { Control, Frames, Message, Probe, Scene } from "./protocol.ts";
 
 export type Colouring = "role" | "outcome" | "speed" | "time";
 
+/** Control spaces that a live view keeps: those of the last decisions that were shown. */
+const KEPT = 32;
+/** The place of a control space that is shown until the next one comes. */
+const OUTDATED = -1;
+
 /** Rows of numbers that grow, (frames, n, d). */
 class Rows {
   values = new Float32Array(0);
@@ -28,6 +33,8 @@ export class Model {
   accelerations = new Rows(0);
   obstacles = new Rows(0);
   directions: Rows | null = null;
+  goals: Rows | null = null;
+  ended: Frames["ended"] = null;
   outcomes: string[][] = [];
   arrived: (number | null)[] = [];
   clearance = new Map<number, Float32Array>();
@@ -65,8 +72,11 @@ export class Model {
       }
       case "control": {
         const slot = this.controls[message.slot]!;
-        if (this.scene?.live) slot.clear();
+        slot.delete(OUTDATED);
+        slot.delete(message.step);
         slot.set(message.step, message);
+        // A file holds all, a live view the latest ones.
+        if (this.scene?.live && slot.size > KEPT) slot.delete(slot.keys().next().value!);
         this.probe = null;
         return false;
       }
@@ -81,6 +91,9 @@ export class Model {
   private begin(scene: Scene): void {
     const same = this.scene !== null && this.scene.robots.length === scene.robots.length;
     const others = same && this.scene!.obstacles.length === scene.obstacles.length;
+    // A live control space stays until the next one, unless it names bodies that may not exist any more.
+    if (this.scene && scene.live && others) this.outdate();
+    else this.controls.forEach((slot) => slot.clear());
     this.scene = scene;
     this.count = 0;
     this.complete = false;
@@ -90,10 +103,10 @@ export class Model {
     this.accelerations = new Rows(robots.length * dimension);
     this.obstacles = new Rows(moving.length * dimension);
     this.directions = null;
+    this.goals = null;
+    this.ended = null;
     this.outcomes = [];
     this.clearance.clear();
-    // A live control space stays until the next one, unless it names bodies that may not exist any more.
-    if (!scene.live || !others) this.controls.forEach((slot) => slot.clear());
     if (!scene.compare) this.controls[1]!.clear();
     this.probe = null;
     this.farthest = null;
@@ -111,6 +124,10 @@ export class Model {
       this.directions ??= new Rows(this.scene!.moving.length);
       this.directions.write(first, arrays["directions"].values);
     }
+    if (arrays["goals"]) {
+      this.goals ??= new Rows(this.positions.width);
+      this.goals.write(first, arrays["goals"].values);
+    }
     const n = this.scene!.robots.length;
     const codes = arrays["outcomes"]!.values;
     for (let k = 0; k < frames.count; k++) {
@@ -123,6 +140,7 @@ export class Model {
     this.count = Math.max(this.count, first + frames.count);
     this.arrived = frames.arrived;
     this.complete = frames.complete;
+    this.ended = frames.ended;
   }
 
   get step(): number {
@@ -133,13 +151,44 @@ export class Model {
     return this.scene ? this.scene.start + this.scene.dt * this.playhead : 0;
   }
 
-  /** The control space to show in a panel: of the step, else the latest one before it. */
+  /** The step of the decision that is in force at a step; after the last step that of the last one. */
+  private decided(step: number): number {
+    const last = this.complete ? Math.max(0, Math.min(step, this.count - 2)) : step;
+    return last - (last % this.scene!.period_steps);
+  }
+
+  /** The control space to show in a panel: of the decision in force, else the latest before it, else any. */
   control(slot = 0): Control | null {
-    const known = this.controls[slot]!;
-    if (this.scene?.live) return known.values().next().value ?? null;
+    const known = [...this.controls[slot]!.values()];
+    const own = known.filter((one) => one.robot === this.selected);
     let best: Control | null = null;
-    for (const one of known.values()) if (one.step <= this.step && (!best || one.step > best.step)) best = one;
-    return best ?? known.values().next().value ?? null;
+    for (const one of own)
+      if (this.decided(one.step) <= this.decided(this.step) && (!best || one.step >= best.step)) best = one;
+    return best ?? own.pop() ?? known.pop() ?? null;
+  }
+
+  /** Whether the control space of the decision in force at a step is there. */
+  has(step: number): boolean {
+    const made = this.decided(step);
+    for (let k = made; k < made + this.scene!.period_steps; k++)
+      if (this.controls[0]!.get(k)?.robot === this.selected) return true;
+    return false;
+  }
+
+  /** The control space whose paths are drawn at the positions: a live one of the decision in force, or none. */
+  overlay(): Control | null {
+    const control = this.control();
+    if (!control || control.robot !== this.selected) return null;
+    return this.scene!.live && !this.has(this.step) ? null : control;
+  }
+
+  /** Forgets the control spaces; those that are shown stay in their panels until the next ones. */
+  outdate(): void {
+    const shown = [0, 1].map((slot) => this.control(slot));
+    this.controls.forEach((slot, k) => {
+      slot.clear();
+      if (shown[k]) slot.set(OUTDATED, shown[k]);
+    });
   }
 
   /** Position of a robot at the playhead: exact for accelerations that are constant over a step. */
@@ -165,6 +214,17 @@ export class Model {
       { length: d },
       (_, c) => this.velocities.values[at + c]! + h * this.accelerations.values[at + c]!,
     );
+  }
+
+  /** Position of the goal of a robot at the playhead. */
+  goal(k: number): number[] {
+    const still = this.scene!.robots[k]!.goal;
+    if (!this.goals || !this.count) return still;
+    const next = Math.min(this.count - 1, this.step + 1);
+    const share = this.playhead - this.step;
+    const [a, b] = [this.step, next].map((i) => i * this.goals!.width + k * still.length) as [number, number];
+    const values = this.goals.values;
+    return still.map((_, c) => values[a + c]! + share * (values[b + c]! - values[a + c]!));
   }
 
   /** Position of an obstacle at the playhead; null where it does not exist. */

@@ -35,6 +35,7 @@ export interface Scene {
   title: string;
   method: string;
   methods: Record<string, string>;
+  foresights: string[];
   dimension: 2 | 3;
   start: number;
   dt: number;
@@ -55,6 +56,8 @@ export interface Scene {
   compare?: string | null;
   chosen?: number;
   recorded?: boolean;
+  /** Whether the state that a page kept has been restored. */
+  restored?: boolean;
   settings?: Record<string, number>;
   editable?: boolean;
 }
@@ -66,6 +69,7 @@ export interface Frames {
   outcomes_table: string[];
   arrived: (number | null)[];
   complete: boolean;
+  ended: { text: string; collided: boolean } | null;
   arrays: Record<string, Numbers>;
 }
 
@@ -99,7 +103,6 @@ export interface Control {
   target: Vector | null;
   preferred: Vector;
   chosen: Vector | null;
-  chosen_label: string;
   sentences: string[];
   first: number;
   binding: { other: number; time: number; clearance: number }[];
@@ -123,6 +126,8 @@ export interface Probe {
 export interface Text {
   kind: "yaml" | "error" | "note";
   text: string;
+  /** Of a scene that the page itself asked for, to keep it. */
+  quiet?: boolean;
 }
 
 export type Message = Scene | Frames | Series | Control | Probe | Text;

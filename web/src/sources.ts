@@ -10,7 +10,8 @@ export interface Command {
 export interface Source {
   /** Whether commands are answered. */
   readonly live: boolean;
-  start(receive: (messages: Message[]) => void, failed: (sentence: string) => void): void;
+  /** `opened` is called when commands are answered, also again after an interruption. */
+  start(receive: (messages: Message[]) => void, failed: (sentence: string) => void, opened: () => void): void;
   send(command: Command): void;
 }
 
@@ -72,20 +73,33 @@ export class WidgetSource implements Source {
   }
 }
 
+/** [ms] After which a page connects again to a server that it lost. */
+const AGAIN = 2000;
+const STOPPED =
+  "The server has stopped; the address of this page holds the scene. " +
+  "Start `slalom view` again, and add everything from # on to its address.";
+
 /** Messages of a server. */
 export class ServerSource implements Source {
   readonly live = true;
   private socket: WebSocket | null = null;
   private readonly waiting: string[] = [];
-  start(receive: (messages: Message[]) => void, failed: (sentence: string) => void): void {
+  start(receive: (messages: Message[]) => void, failed: (sentence: string) => void, opened: () => void): void {
     const address = new URL("messages", location.href);
     address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     address.search = location.search;
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => this.waiting.splice(0).forEach((text) => socket.send(text));
+    socket.onopen = () => {
+      opened();
+      this.waiting.splice(0).forEach((text) => socket.send(text));
+    };
     socket.onmessage = (event) => receive([decode(event.data as ArrayBuffer)]);
-    socket.onclose = () => failed("The server has stopped. Start `slalom view` again to go on.");
+    socket.onclose = () => {
+      failed(STOPPED);
+      this.waiting.length = 0;
+      setTimeout(() => this.start(receive, failed, opened), AGAIN);
+    };
     this.socket = socket;
   }
   send(command: Command): void {

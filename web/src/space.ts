@@ -19,8 +19,7 @@ export function drawSpace(g: Context, model: Model, theme: Theme, eye: Eye, widt
   g.fillStyle = theme.paper;
   g.fillRect(0, 0, width, height);
   drawGround(g, model, theme, eye);
-  const known = model.control();
-  const control = known && known.robot === model.selected ? known : null;
+  const control = model.overlay();
   drawTrack(g, model, theme, eye);
   if (control) {
     drawPredictions(g, control, theme, eye);
@@ -121,7 +120,8 @@ function drawBall(g: Context, theme: Theme, eye: Eye, { at, radius, colour }: Ba
 }
 
 function drawGoal(g: Context, model: Model, theme: Theme, eye: Eye): void {
-  const { goal, tolerance } = model.scene!.robots[model.selected]!;
+  const { tolerance } = model.scene!.robots[model.selected]!;
+  const goal = model.goal(model.selected);
   const p = eye.project(goal);
   drawStem(g, theme, eye, goal, tolerance, theme.goal);
   ring(g, eye, goal, Math.max(tolerance, 6 / p.scale), theme.goal, [], 2.5);

@@ -60,7 +60,9 @@ export function build(live: boolean) {
   const charts = [0, 1, 2].map(() => el("canvas", { class: "chart", role: "img", "data-panel": "chart" }));
   const parts = {
     title: el("span", { class: "title" }),
+    result: el("span", { class: "result", role: "status" }),
     method: el("select", { "aria-label": "method" }),
+    foresight: el("select", { "aria-label": "foresight of the method" }),
     compare: el("select", { "aria-label": "second method, side by side" }),
     response: el("select", { "aria-label": "response whose control space is drawn" }),
     horizon: el("input", { type: "number", min: "0.5", max: "30", step: "0.5", "aria-label": "horizon in seconds" }),
@@ -84,6 +86,7 @@ export function build(live: boolean) {
     why: el("p", { class: "why", role: "status", "aria-live": "polite" }),
     note: el("p", { class: "note", role: "alert" }),
     workspace,
+    hover: el("div", { class: "hover" }),
     controls,
     charts,
     keys: el("dialog", { class: "keys", "aria-label": "keys" }),
@@ -119,9 +122,11 @@ export function build(live: boolean) {
       {},
       el("strong", {}, "slalom"),
       parts.title,
+      parts.result,
       ...(live
         ? [
             field("method", parts.method, "method"),
+            field("foresight", parts.foresight, "foresight"),
             field("beside it", parts.compare, "compare"),
             field("response", parts.response, "response"),
             field("horizon", parts.horizon, "horizon"),
@@ -153,6 +158,7 @@ export function build(live: boolean) {
     parts.keys,
   );
   parts.deciding.checked = true;
+  workspace.canvas.after(parts.hover);
   return { root, parts };
 }
 

@@ -1,7 +1,7 @@
 // The workspace in the plane: robots, obstacles, paths, goal, and the committed manoeuvre.
 
 import { robotColour } from "./colouring.ts";
-import { arrow, drawShape, number, polyline, text, ticks, type Context, type Viewport } from "./geometry.ts";
+import { arrow, drawShape, number, polyline, round, text, ticks, type Context, type Viewport } from "./geometry.ts";
 import { drawManoeuvre } from "./manoeuvres.ts";
 import type { Model } from "./model.ts";
 import type { Control } from "./protocol.ts";
@@ -23,8 +23,7 @@ export function drawWorkspace(g: Context, model: Model, look: Look): void {
   g.fillStyle = look.theme.paper;
   g.fillRect(0, 0, look.width, look.height);
   drawGrid(g, look);
-  const control = model.control();
-  const current = control && control.robot === model.selected ? control : null;
+  const current = model.overlay();
   const times = contactTimes(current);
   if (current) drawPredictions(g, model, current, look);
   drawTrack(g, model, look);
@@ -54,11 +53,8 @@ function drawGrid(g: Context, { theme, view, width, height }: Look): void {
   g.stroke();
 }
 
-function drawScale(g: Context, { theme, view, width, height }: Look): void {
-  const [x0] = view.inverse(0, 0);
-  const [x1] = view.inverse(width, 0);
-  const marks = ticks(x0, x1, width / 90);
-  const step = (marks[1] ?? 1) - (marks[0] ?? 0);
+function drawScale(g: Context, { theme, view, height }: Look): void {
+  const step = round(60 / view.scale);
   const size = step * view.scale;
   const [left, base] = [14, height - 14];
   g.strokeStyle = theme.ink;
@@ -162,7 +158,8 @@ function drawGoal(g: Context, model: Model, { theme, view }: Look): void {
     g.stroke();
     g.setLineDash([]);
   }
-  const [x, y] = [view.px(robot.goal[0]!), view.py(robot.goal[1]!)];
+  const goal = model.goal(model.selected);
+  const [x, y] = [view.px(goal[0]!), view.py(goal[1]!)];
   g.strokeStyle = theme.goal;
   g.lineWidth = 2;
   g.beginPath();
@@ -252,7 +249,7 @@ function drawSelected(g: Context, model: Model, { theme, view, handles }: Look):
   const v = model.velocity(k);
   arrow(g, view, at, v, theme.ink, 2);
   if (handles) {
-    const goal = scene.robots[k]!.goal;
+    const goal = model.goal(k);
     for (const [x, y] of [tip(view, at, v), [view.px(goal[0]!), view.py(goal[1]!)]] as const) {
       g.beginPath();
       g.arc(x, y, 4.5, 0, 2 * Math.PI);

@@ -18,7 +18,7 @@ with Extra("sim", "slalom"):
 
     from slalom.cli.comparing import compare
     from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_message
-    from slalom.cli.files import convert, decide
+    from slalom.cli.files import convert, explain
     from slalom.cli.others import compile_, list_, reproduce, ros
     from slalom.cli.running import export_scenario, run, show
     from slalom.cli.viewing import animate, export, view
@@ -35,7 +35,7 @@ app = App(
 )
 app.command(run, help_format="markdown")
 app.command(list_, name="list", help_format="markdown")
-app.command(decide, help_format="markdown")
+app.command(explain, name=("explain", "decide"), help_format="markdown")
 app.command(compare, help_format="markdown")
 app.command(convert, help_format="markdown")
 app.command(show, help_format="markdown")

@@ -161,7 +161,7 @@ def compare(
         Names from `slalom list methods`, separated by commas; by default those of the study, or vo,nlvo,avo,ao,nao.
         Methods of other authors take parameters, as in orca:horizon=5:neighbours=10.
     seeds
-        Number of seeds per scenario; by default as in the study, or 100, or all cases of a file with fewer.
+        Number of seeds per scenario; by default as in the study, else 1 if it is deterministic, or at most 100 cases.
     metrics
         Names from `slalom list metrics`, separated by commas: further columns; by default those of the study.
     only

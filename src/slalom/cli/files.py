@@ -1,20 +1,35 @@
-"""`slalom convert` and `slalom decide`."""
+"""`slalom convert` and `slalom explain`."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slalom.base.errors import InvalidInput
-from slalom.cli.console import DONE, FAILED, Flag, print_message, print_result, refuse_source, resolved, writable
+from slalom.base.extras import Extra
+from slalom.cli.console import (
+    DONE,
+    FAILED,
+    Flag,
+    Settings,
+    Whole,
+    parse_settings,
+    print_message,
+    print_result,
+    refuse_source,
+    resolved,
+    writable,
+)
 from slalom.cli.options import Look, Reading, drawable, given_options, refuse_without
 from slalom.cli.report import counted, formatted
-from slalom.cli.running import DEFAULT_METHOD, RUNS, method_name, print_notes, refuse_run
+from slalom.cli.running import DEFAULT_METHOD, RUNS, method_name, print_notes
 
 if TYPE_CHECKING:
     from slalom.decision import Decision
+    from slalom.decision.methods import Method
     from slalom.decision.navigator import Navigator
     from slalom.io.recorded import RecordedTracks
     from slalom.model.goal import Goal
+    from slalom.sim import Scenario
 
 
 def convert(
@@ -122,11 +137,13 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# `slalom decide`.
+# `slalom explain`.
 
 
 LABELS = {"time_to_collision": "preferred collides"}
 """Labels for keys of the result that do not name their control."""
+EXPLAINED = ("sentences", "preferred_hits", "passes", "limits", "alternatives")
+"""Keys of an explanation that its sentences say."""
 
 
 @dataclass(frozen=True)
@@ -146,28 +163,40 @@ class DecisionFigure:
             self.look.save(figure, self.file)
 
 
-def decide(
+def explain(
     scene: str,
     /,
     *,
+    settings: Settings = None,
     method: str | None = None,
     foresight: str | None = None,
+    seed: Whole = 0,
+    at: float | None = None,
     json: Flag = False,
     figure: Path | None = None,
     uncertainty: Flag = False,
     look: Look | None = None,
 ) -> int:
-    """Make one decision at the start of a scenario, or repeat one; exit code 1 if no manoeuvre is safe.
+    """Explain one decision: what the robot preferred, why it did not take it, and what else it could do.
+
+    Exit code 1 if no manoeuvre is safe. `slalom decide` is the same command.
 
     Parameters
     ----------
     scene
-        A .yaml scenario file (also sample:crossing.yaml), a name from `slalom list scenarios`, or a .json file that
-        `Decision.dump` wrote. That decision is repeated; exit code 1 also if the result is not the same to the bit.
+        A .yaml scenario file (also sample:crossing.yaml), a name from `slalom list scenarios`, a run of one robot that
+        `slalom run --out run.h5` wrote, or a .json file that `Decision.dump` wrote. The decision of a run or a .json
+        file is repeated; exit code 1 also if that of a .json file is not the same to the bit.
+    settings
+        NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
-        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for a .json file, which has its own.
+        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for runs and .json files.
     foresight
         Knowledge of the method about obstacles, as in `slalom run`.
+    seed
+        Seed of random scenarios; the number of the case, from 0, of a file with cases.
+    at
+        Time [s] after the start of the scenario or the run; by default its start.
     json
         Print one JSON object.
     figure
@@ -177,46 +206,122 @@ def decide(
     """
     scene, drawn = resolved(scene), DecisionFigure(figure, uncertainty, look or Look())
     refuse_without(figure, look, uncertainty=uncertainty)
-    if scene.endswith(".json"):
-        if method or foresight:
-            raise InvalidInput(f"--method: expected none with the file of a decision, found {method or foresight!r}")
-        return _repeat(scene, json, drawn)
-    refuse_run(scene)
-    from slalom.decision.methods import method as method_of
-    from slalom.sim import load
-
-    chosen, loaded = method_of(method_name(DEFAULT_METHOD if method is None else method, foresight)), load(scene)
-    if len(loaded.robots) > 1:
-        found = f"{len(loaded.robots)} robots; `slalom run` runs them"
-        raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")
+    is_file, is_run = scene.endswith(".json"), Path(scene).suffix in RUNS
+    given: dict[str, object] = {
+        "--method": method or foresight,
+        "--set": settings,
+        "--seed": seed,
+        "--at": None if is_run else at,
+    }
+    if is_file or is_run:
+        _refuse_given(given, "decision" if is_file else "run")
     drawable(figure)
-    print_notes(loaded.notes)
-    navigator, robot = loaded.navigator(chosen), loaded.robot
-    traffic = loaded.around(robot.state, loaded.start, chosen)
-    decision = loaded.decider(chosen).decide(robot.state, traffic, robot.goal, now=loaded.start)
-    manoeuvre = decision.manoeuvre
-    result = {
+    if is_file:
+        return _repeat(scene, json, drawn)
+    loaded, chosen, decision = (
+        _of_run(Path(scene), at) if is_run else _of_scene(scene, parse_settings(settings), seed, at, method, foresight)
+    )
+    navigator, result = loaded.navigator(chosen), _result(loaded, chosen, decision)
+    writable(figure)
+    drawn.draw(decision, navigator, loaded.robot.goal, loaded.name)
+    print_result(result, json, lambda: _text(result))
+    return DONE if decision.safe else FAILED
+
+
+def _result(loaded: "Scenario", chosen: "Method", decision: "Decision") -> dict[str, Any]:
+    """The decision of a scenario and its explanation, as values of JSON."""
+    from slalom.sim.explanation import explanation
+
+    manoeuvre, period = decision.manoeuvre, loaded.navigator(chosen).period
+    return {
         "scenario": loaded.name,
         "method": chosen.name,
         "foresight": chosen.foresight,
         "response": repr(manoeuvre.response),
         "control": [float(x) for x in manoeuvre.control],
-        "acceleration": [float(x) for x in manoeuvre.mean_acceleration(loaded.start, navigator.period)],
+        "acceleration": [float(x) for x in manoeuvre.mean_acceleration(decision.decided_at, period)],
         "status": decision.outcome.name,
         "sentence": decision.outcome.value,
-        **_of_controls(decision, navigator),
+        **_of_controls(decision),
+        "time": decision.decided_at,
+        **explanation(decision),
     }
-    writable(figure)
-    drawn.draw(decision, navigator, robot.goal, loaded.name)
-    print_result(result, json, lambda: _text(result))
-    return DONE if decision.safe else FAILED
+
+
+def _refuse_given(given: dict[str, object], kind: str) -> None:
+    """Raise InvalidInput for options that a file of this kind determines."""
+    for option, value in given.items():
+        if value not in (None, 0, []):
+            raise InvalidInput(f"{option}: expected none with the file of a {kind}, found {value!r}")
+
+
+Found = tuple["Scenario", "Method", "Decision"]
+
+
+def _of_scene(
+    scene: str, settings: dict[str, float], seed: int, at: float | None, method: str | None, foresight: str | None
+) -> Found:
+    """The decision in force at a time [s] after the start of a scenario, and its method."""
+    from slalom.decision.methods import method as method_of
+    from slalom.sim import load
+    from slalom.sim.run.deciders import SingleRobotDecider
+    from slalom.sim.run.simulate import Run
+
+    chosen = method_of(method_name(DEFAULT_METHOD if method is None else method, foresight))
+    loaded = load(scene, settings, seed=seed)
+    _refuse_several(len(loaded.robots))
+    print_notes(loaded.notes)
+    if not at:
+        first = SingleRobotDecider(loaded, chosen)
+        return loaded, first.method, first.decide_in(loaded.robot.state, loaded.start)
+    run = Run(loaded, chosen, seed=seed)
+    for _ in run.steps():
+        if run.log.count * loaded.dt > at + 1e-9:
+            break
+    _step_at(at, loaded.dt, run.log.count)
+    decider = run.decider
+    assert isinstance(decider, SingleRobotDecider)
+    assert decider.decision is not None
+    return loaded, decider.method, decider.decision
+
+
+def _step_at(at: float, dt: float, count: int) -> int:
+    """The step at a time [s] after the start of a run. Raises InvalidInput for a time outside of it."""
+    from slalom.base.checks import not_negative
+
+    step = int(not_negative(at, "--at") / dt + 1e-9)
+    if step >= count:
+        raise InvalidInput(f"--at: expected a time of the run, which ends after {dt * count:g} s, found {at:g}")
+    return step
+
+
+def _of_run(file: Path, at: float | None) -> Found:
+    """The decision in force at a time [s] after the start of a recorded run, made again, and its method."""
+    with Extra("view", "explain"):
+        from slalom.live.recorded import recorded
+    from slalom.sim import Recording, decision_at
+
+    recording = Recording.load(file)
+    found = recorded(recording)
+    _refuse_several(len(found.scenario.robots))
+    if found.method is None:
+        raise InvalidInput(f"{file}: expected a run of a method of slalom, found one of {found.name}")
+    step = _step_at(at or 0.0, recording.dt, len(found.steps))
+    return found.scenario, found.method, decision_at(recording, found.scenario, found.method, step)
+
+
+def _refuse_several(count: int) -> None:
+    """Raise InvalidInput for several robots."""
+    if count > 1:
+        found = f"{count} robots; `slalom run` runs them"
+        raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")
 
 
 def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
     """Repeat the decision of a file, draw and print it; return the exit code."""
+    from slalom.sim.explanation import explanation
     from slalom.sim.files.decision_file import read_decision
 
-    drawable(drawn.file)
     read = read_decision(file)
     decision, same = read.repeat()
     navigator, goal = read.navigator, read.inputs.goal
@@ -227,7 +332,8 @@ def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
         "method": navigator.method.name,
         "repeated": same,
         **decision.as_dict(),
-        **_of_controls(decision, navigator),
+        **_of_controls(decision),
+        **explanation(decision),
     }
     writable(drawn.file)
     if not same:
@@ -238,34 +344,36 @@ def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
     return DONE if same and decision.safe else FAILED
 
 
-def _of_controls(decision: "Decision", navigator: "Navigator") -> dict[str, object]:
-    """Clearance [m] of the selected control; the preferred one, the time [s] until it collides, and the limits."""
-    import numpy as np
+def _of_controls(decision: "Decision") -> dict[str, object]:
+    """Clearance [m] of the selected control; the preferred one, the time [s] until it collides, and the limits.
 
+    Of a kept manoeuvre at its beginning.
+    """
     from slalom.choice.control_obstacle import ControlObstacle
+    from slalom.sim.explanation import beginning_of, drawn_controls
     from slalom.sim.measure.metrics import finite
 
-    manoeuvre = decision.manoeuvre
-    blocked = decision.blocked
-    limits = navigator.limits
-    without_margin = ControlObstacle(manoeuvre.response, blocked.state, blocked.obstacles, navigator.robot)
-    admissible = limits.admissible(manoeuvre.response, blocked.state, navigator.horizon)
+    known = beginning_of(decision)
+    blocked, admissible, preferred, chosen = drawn_controls(known)
+    limits = known.navigator.limits
+    without_margin = ControlObstacle(blocked.response, blocked.state, blocked.obstacles, blocked.robot)
     return {
-        "clearance": finite(float(without_margin.clearance(np.array(manoeuvre.control)))),
-        "preferred": [float(x) for x in decision.preferred],
-        "preferred_admissible": bool(admissible.contains(decision.preferred)),
+        "clearance": None if chosen is None else finite(float(without_margin.clearance(chosen))),
+        "preferred": [float(x) for x in preferred],
+        "preferred_admissible": bool(admissible.contains(preferred)),
         "max_speed": limits.max_speed,
         "max_acceleration": limits.max_acceleration,
-        "time_to_collision": finite(float(without_margin.time_to_collision(decision.preferred))),
+        "time_to_collision": finite(float(without_margin.time_to_collision(preferred))),
     }
 
 
 def _text(result: dict[str, Any]) -> str:
     """Format a decision, one line for each value."""
-    shown = dict(result)
+    shown = {key: value for key, value in result.items() if key not in EXPLAINED}
     admissible = shown.pop("preferred_admissible")
     limits = f"{shown.pop('max_speed'):.4g} m/s, {shown.pop('max_acceleration'):.4g} m/s^2"
     shown["preferred"] = formatted(shown["preferred"]) + ("" if admissible else f", exceeds the limits ({limits})")
     first = shown["time_to_collision"]
     shown["time_to_collision"] = "not within the horizon" if first is None else f"after {formatted(first)} s"
-    return "\n".join(f"{LABELS.get(key, key):18} {formatted(value)}" for key, value in shown.items())
+    lines = [f"{LABELS.get(key, key):18} {formatted(value)}" for key, value in shown.items()]
+    return "\n".join([*lines, "", *result["sentences"]])

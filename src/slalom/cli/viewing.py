@@ -51,8 +51,8 @@ def view(
     Parameters
     ----------
     scenario
-        A name from `slalom list scenarios`, a .yaml file, a run that `slalom run --out run.h5` wrote, or a recording
-        of a format from `slalom list formats`.
+        A name from `slalom list scenarios`, a .yaml file, a run that `slalom run --out run.h5` wrote, a .json file that
+        `Decision.dump` wrote, or a recording of a format from `slalom list formats`.
     settings
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
@@ -190,6 +190,14 @@ def _sessions(
         return method_of(default if method is None else method)
 
     at, agent = start
+    if name.endswith(".json"):
+        options = {"--method": method, "--set": settings, "--at": at, "--agent": agent}
+        for option in (option for option, value in options.items() if value or value == 0.0):
+            raise InvalidInput(f"{option}: expected none with the file of a decision, found {options[option]!r}")
+        from slalom.live.recorded import of_decision
+
+        shown = of_decision(name)
+        return lambda: Session.of(shown, method_of(DEFAULT_METHOD))
     replayable, tracks = Path(name).suffix in RUNS and os.path.isfile(name), False
     if not replayable:
         tracks = is_recording(name, reading, crossing)

@@ -128,7 +128,7 @@ def as_dict(decision: "Decision") -> dict[str, Any]:
         "cut": decision.cut,
         "stalled": decision.stalled,
         "stuck": decision.stuck,
-        "in_the_way": list(decision.in_the_way) if decision.stuck else [],
+        "in_the_way": list(decision.in_the_way),
         "collision": None,
     }
     if made is not None:
@@ -275,6 +275,7 @@ class Decision:
         inputs: the inputs of the decision; None for one that no navigator made.
         given_up: [1] sum of the probabilities of the futures of obstacles that the manoeuvre does not avoid.
         earlier: the manoeuvres that the robot was committed to before, for a horizon back.
+        begun: the earlier decision that began the manoeuvre; None: this one did.
     """
 
     manoeuvre: Manoeuvre
@@ -289,6 +290,7 @@ class Decision:
     approach: Approach | None = None
     inputs: DecisionInputs | None = None
     given_up: float = 0.0
+    begun: "Decision | None" = None
 
     def __repr__(self) -> str:
         control = ", ".join(f"{x:.4g}" for x in self.manoeuvre.control)
@@ -341,7 +343,7 @@ class Decision:
         return as_dict(self)
 
     def dump(self, file: FilePath | str) -> None:
-        """Write all inputs of the decision to a JSON file; `slalom decide FILE` repeats it.
+        """Write all inputs of the decision to a JSON file; `slalom explain FILE` repeats it.
 
         Raises:
             InvalidInput: parts that no file can hold, such as a trajectory or objective that is a Python function; a
@@ -432,6 +434,7 @@ def completed(
     limits = inputs.navigator.limits
     now = inputs.now
     last = None if before is None else before.approach
+    kept = previous is not None and previous.manoeuvre is decision.manoeuvre
     found = _with(
         decision,
         earlier=decision.manoeuvres_before(previous, now - inputs.navigator.horizon),
@@ -439,6 +442,7 @@ def completed(
         cut=decision.cut or decision.work >= limit,
         approach=approach_of(inputs.goal, inputs.state, progress, limits.max_speed, now, last),
         inputs=inputs._replace(previous=before),
+        begun=(previous.begun or previous) if kept and previous is not None else None,
     )
     log(found)
     return found

@@ -12,10 +12,11 @@ from shapely.geometry.polygon import orient
 from slalom.base.checks import Array
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.live.messages import Quantised, pack, quantised
-from slalom.live.seen import VIEW_PREDICTED, VIEW_SAMPLES, Other, Reasons, Seen, half_side, reasons
+from slalom.live.seen import VIEW_PREDICTED, VIEW_SAMPLES, Other, Seen, half_side, reasons
 from slalom.model.limits import Admissible
 from slalom.obstacle.window import ObstacleWindow
-from slalom.view.control_space import admissible_region, kind
+from slalom.sim.explanation import Reasons, kind
+from slalom.view.control_space import admissible_region
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Control obstacles of single obstacles on the drawn plane: exact outlines, and times to collision on a grid.
@@ -260,7 +261,6 @@ def control_message(seen: Seen, fields: Fields, answers: int = 0, slot: int = 0)
         "target": None if seen.target is None else seen.target.tolist(),
         "preferred": controls.preferred.tolist(),
         "chosen": None if controls.chosen is None else controls.chosen.tolist(),
-        "chosen_label": controls.label,
         "sentences": list(told.sentences),
         "first": told.first,
         "binding": [{"other": m.other, "time": m.time, "clearance": m.clearance} for m in told.binding],

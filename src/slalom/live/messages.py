@@ -16,12 +16,15 @@ import numpy.typing as npt
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.decision.methods import METHODS
+from slalom.forecast.forecast import FORESIGHTS
 from slalom.live.seen import has_left
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Shape
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
-from slalom.sim.measure.recording import Step
+from slalom.sim.measure.closest_approach import between_robots, closest_approaches
+from slalom.sim.measure.metrics import COLLISION
+from slalom.sim.measure.recording import Recording, RunLog, Step
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import clearances
 from slalom.view.workspace import TIMES, drawn_box
@@ -202,11 +205,13 @@ class Scene:
 
     Attributes:
         low, high: (d,) [m] of the box that is drawn. moving: indices of the obstacles that move.
+        goals: whether a goal moves.
     """
 
     def __init__(self, scenario: Scenario, steps: Sequence[Step] = (), box: tuple[Array, Array] | None = None) -> None:
         self.scenario = scenario
         self.moving = [k for k, o in enumerate(scenario.obstacles) if not o.at_rest]
+        self.goals = any(not isinstance(robot.goal.trajectory, Stationary) for robot in scenario.robots)
         self.low, self.high = box or _box(scenario, steps)
 
     def message(self, method: str, *, live: bool, notes: Sequence[str] = (), extra: dict[str, Any]) -> bytes:
@@ -243,6 +248,7 @@ class Scene:
             "title": scenario.name,
             "method": method,
             "methods": {name: method.sentence for name, method in METHODS.items()},
+            "foresights": list(FORESIGHTS),
             "dimension": scenario.dimension,
             "start": scenario.start,
             "dt": scenario.dt,
@@ -263,10 +269,10 @@ class Scene:
         }
         return pack("scene", fields, {})
 
-    def frames(self, steps: Sequence[Step], first: int, arrived: Array, *, complete: bool) -> bytes:
+    def frames(self, steps: Sequence[Step], first: int, arrived: Array, ended: "Ended | None") -> bytes:
         """Return the `frames` message of some steps, of which the first has the number `first`.
 
-        `arrived` (n,) [s] are the times of arrival known so far; `complete` says whether the run has ended.
+        `arrived` (n,) [s] are the times of arrival known so far; `ended` says how the run ended, None if it goes on.
         """
         scenario = self.scenario
         positions = np.array([step.positions for step in steps])
@@ -290,12 +296,16 @@ class Scene:
             arrays["obstacles"] = quantised(obstacles, *self._reach(obstacles), step=MILLIMETRE, order=2)
             if directions.any():
                 arrays["directions"] = quantised(directions[..., None], [-np.pi], [np.pi], step=MILLIMETRE, order=1)
+        if self.goals:
+            goals = np.stack([robot.goal.position(times) for robot in scenario.robots], axis=1)
+            arrays["goals"] = quantised(goals, *self._reach(goals), step=MILLIMETRE, order=2)
         fields = {
             "first": first,
             "count": len(steps),
             "outcomes_table": table,
             "arrived": [float(t) if np.isfinite(t) else None for t in arrived],
-            "complete": complete,
+            "complete": ended is not None,
+            "ended": None if ended is None else ended._asdict(),
         }
         return pack("frames", fields, arrays)
 
@@ -342,6 +352,35 @@ def series(scenario: Scenario, steps: Sequence[Step], robot: int, first: int = 0
     return pack("series", {"robot": robot, "first": first}, {"clearance": values})
 
 
+class Ended(NamedTuple):
+    """How a run ended, as a sentence, and whether there was a collision."""
+
+    text: str
+    collided: bool
+
+
+def ended(scenario: Scenario, steps: Sequence[Step], end: Step, arrived: Array) -> Ended:
+    """Return how a run of all `steps` ended: arrivals (n,) [s], inf for none, and collisions in continuous time."""
+    log = RunLog(scenario, "", 0, "", list(steps), positions=end.positions, velocities=end.velocities, arrived=arrived)
+    run, hits = Recording.of(log), list[str]()
+    n = len(scenario.robots)
+    if steps:
+        for k, robot in enumerate(scenario.robots):
+            own = "" if n == 1 else f"{robot.name} and "
+            for number, (obstacle, found) in enumerate(zip(scenario.obstacles, closest_approaches(run, k))):
+                if found.clearance < -COLLISION:
+                    hits.append(f"{own}{obstacle.name or f'obstacle {number}'}, deepest at {found.time:.1f} s")
+        pairs = np.argwhere(np.triu(between_robots(run) < -COLLISION))
+        hits += [f"{scenario.robots[j].name} and {scenario.robots[k].name}" for j, k in pairs.tolist()]
+    there = np.isfinite(arrived)
+    last = arrived[there].max() if there.any() else scenario.start + scenario.dt * len(steps)
+    reached = f"{there.sum()} of {n} robots arrived" if n > 1 else "Arrived" if there.all() else "Not arrived"
+    when = f" after {last:.1f} s" if not there.any() else f"{', the last' if n > 1 else ''} at {last:.1f} s"
+    more = f"; and {len(hits) - 3} more" if len(hits) > 3 else ""
+    told = f"Collision: {'; '.join(hits[:3])}{more}." if hits else "No collision."
+    return Ended(f"{reached}{when}. {told}", bool(hits))
+
+
 class _Shapes:
     """Shapes of a scene, each once."""
 
@@ -361,10 +400,10 @@ class _Shapes:
 
 def _box(scenario: Scenario, steps: Sequence[Step]) -> tuple[Array, Array]:
     """Lower and upper corner (d,) [m] of the box that is drawn: robots, goals, and the obstacles near them."""
+    end = scenario.start + (scenario.dt * len(steps) if steps else min(scenario.duration, 3.0 * scenario.horizon))
     points = [robot.state.position for robot in scenario.robots]
     radius = max(robot.shape.bounding_radius for robot in scenario.robots)
     if scenario.period is None:
-        points += [robot.goal.position(scenario.start) for robot in scenario.robots]
+        points += [robot.goal.position(t) for robot in scenario.robots for t in (scenario.start, end)]
     points += [position for step in steps[:: max(1, len(steps) // TIMES)] for position in step.positions]
-    end = scenario.start + (scenario.dt * len(steps) if steps else min(scenario.duration, 3.0 * scenario.horizon))
     return drawn_box(np.array(points), radius, scenario.obstacles, scenario.start, end)

@@ -8,7 +8,7 @@ from slalom.base.errors import InvalidInput
 from slalom.base.extras import Extra
 from slalom.decision.methods import METHODS, Method
 from slalom.live.messages import Scene, block, file_page, pack, renderer, series
-from slalom.live.recorded import messages, recorded
+from slalom.live.recorded import how_ended, messages, recorded
 from slalom.live.session import Session
 from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
@@ -51,7 +51,7 @@ def _motion(recording: Recording) -> list[bytes]:
     scene, steps = Scene(found.scenario, found.steps), [*found.steps, found.end]
     return [
         scene.message(recording.method, live=False, notes=found.notes, extra={"chosen": 0}),
-        scene.frames(steps, 0, recording.arrived, complete=True),
+        scene.frames(steps, 0, recording.arrived, how_ended(found)),
         series(found.scenario, steps, 0),
     ]
 

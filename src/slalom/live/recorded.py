@@ -8,15 +8,20 @@ import numpy as np
 
 from slalom.base.checks import Array, positive, whole
 from slalom.base.errors import InvalidInput
+from slalom.decision import Decision
 from slalom.decision.methods import HOLDS, METHODS, Method, method
+from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
-from slalom.live.messages import Scene, file_page, series
+from slalom.live.messages import Ended, Scene, ended, file_page, series
 from slalom.live.seen import Seen, decided_again
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
+from slalom.model.response import Acceleration, advance
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.peers import contender
+from slalom.sim.explanation import known_at
+from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.recorded_traffic import MAX_DURATION, Recorded as Tracks
 from slalom.sim.measure.recording import Recording, Step
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers
@@ -29,6 +34,7 @@ class Recorded(NamedTuple):
         method: by which all robots decided; None if it has no control space here. name: of the method.
         end: the states at the end, as a step. arrived: (n,) absolute times [s], inf for robots that did not arrive.
         notes: assumptions, a sentence each. seed: of the errors of sensing and messages.
+        decision: the only one, of a file; None: the decisions of the method are made again.
     """
 
     scenario: Scenario
@@ -39,6 +45,7 @@ class Recorded(NamedTuple):
     arrived: Array
     notes: tuple[str, ...]
     seed: int = 0
+    decision: Decision | None = None
 
 
 def recorded(recording: Recording) -> Recorded:
@@ -155,7 +162,49 @@ def as_recorded(tracks: Tracks, method: Method, agent: str | None = None, at: fl
     moved = zip(positions[:-1, None], velocities[:-1, None], accelerations[:, None])
     steps = [blank._replace(positions=p, velocities=v, accelerations=a) for p, v, a in moved]
     end = last_state(positions[-1:], velocities[-1:])
-    return Recorded(scenario, method, method.name, steps, end, np.full(1, np.inf), ())
+    return Recorded(scenario, method, method.name, steps, end, times[-1:], ())
+
+
+def of_decision(path: Path | str) -> Recorded:
+    """Return the decision of a file that `Decision.dump` wrote, as a run of one step among the predicted obstacles.
+
+    Raises:
+        InvalidFile: mistakes in the file. InvalidInput: a scene that cannot run.
+    """
+    read = read_decision(path)
+    navigator, made = read.navigator, read.inputs
+    decision, same = read.repeat()
+    known = known_at(decision)
+    notes = [] if same else [f"The decision differs from the one that was written, with {read.versions}."]
+    if made.robots is not None and len(made.robots):
+        notes.append(f"{len(made.robots)} observed robots, which share the avoidance, are not shown.")
+    goal = Goal(Stationary(made.state.position)) if made.goal is None else made.goal
+    robot = Robot(navigator.robot, navigator.limits, made.state, goal, objective=navigator.objective)
+    scenario = Scenario(
+        Path(path).name,
+        (robot,),
+        tuple(known.blocked.obstacles.obstacles),
+        start=made.now,
+        duration=max(navigator.horizon, navigator.period),
+        dt=navigator.period,
+        holds=navigator.holds,
+        **from_numbers({name: getattr(navigator, name) for name in NUMBERS}),
+    )
+    manoeuvre, none = decision.manoeuvre, np.zeros(1)
+    acceleration = manoeuvre.mean_acceleration(made.now, navigator.period)
+    step = Step(
+        made.state.position[None],
+        made.state.velocity[None],
+        acceleration[None],
+        manoeuvre.control[None],
+        (manoeuvre.response,),
+        (decision.outcome.name,),
+        none,
+    )
+    after = advance(Acceleration(), made.state, acceleration, navigator.period)
+    end = last_state(after.position[None], after.velocity[None])
+    method = navigator.method
+    return Recorded(scenario, method, method.name, [step], end, np.full(1, np.inf), tuple(notes), decision=decision)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -212,13 +261,18 @@ def messages(
     chosen = robot_of(found, robot)
     scene = Scene(found.scenario, found.steps)
     yield scene.message(recording.method, live=False, notes=found.notes, extra={"chosen": chosen})
-    yield scene.frames([*found.steps, found.end], 0, recording.arrived, complete=True)
+    yield scene.frames([*found.steps, found.end], 0, found.arrived, how_ended(found))
     yield series(found.scenario, [*found.steps, found.end], chosen)
     fields = Fields()
     for seen in looked_at(found, chosen, interval):
         yield control_message(seen, fields)
         if progress:
             progress((seen.step + 1) / len(found.steps))
+
+
+def how_ended(found: Recorded) -> Ended:
+    """Return how a recorded run ended."""
+    return ended(found.scenario, found.steps, found.end, found.arrived)
 
 
 def robot_of(found: Recorded, robot: int) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from slalom.base.checks import Array
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.fleet.fleet import Fleet
@@ -19,19 +19,31 @@ from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
-from slalom.model.response import Response, Velocity
+from slalom.model.response import Response
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import displaced, to_nearest
 from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.sim.explanation import (
+    DrawnControls,
+    Known,
+    Met,
+    Reasons,
+    beginning_of,
+    contact_times,
+    drawn_controls,
+    kind,
+    known_at,
+    reasons as reasons_of,
+    responses_of,
+    unchanged,
+)
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.run.fleet_decider import FleetDecider
 from slalom.sim.run.simulate import Run, by_name
 from slalom.sim.scenario import Scenario
-from slalom.sim.shape_distance import clearances
-from slalom.view.control_space import DrawnControls, kind, preferred_of, target_of
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The log of a run.
@@ -116,37 +128,17 @@ class Other(NamedTuple):
         return self.obstacle.name or f"{self.kind} {self.number}"
 
 
-class Known(NamedTuple):
-    """What a robot knew at a decision, and what it decided.
-
-    Attributes:
-        goal: what it drove to until the next decision, at most at `max_speed` [m/s].
-        blocked: the control obstacle of the decision, or of any response to take its obstacles and margins from.
-        others: those of `blocked`. preferred: (d,) by the decision; None: that of the objective.
-        manoeuvre: the committed one; None if none is known.
-    """
-
-    navigator: Navigator
-    goal: Goal
-    max_speed: float
-    blocked: ControlObstacle
-    others: tuple[Other, ...]
-    manoeuvre: Manoeuvre | None
-    preferred: Array | None
-
-    @property
-    def time(self) -> float:
-        """The time [s] of the decision."""
-        return self.blocked.obstacles.start
+Among = tuple[Known, tuple[Other, ...]]
+"""What a robot knew at a decision, and the others of its control obstacle."""
 
 
 class Knowledge:
     """What the robots of a run knew at their decisions so far."""
 
-    def __init__(self, scenario: Scenario, run: Run) -> None:
-        self._scenario, self._decider = scenario, run.decider
+    def __init__(self, scenario: Scenario, run: Run | None, *made: Decision) -> None:
+        self._scenario, self._decider = scenario, None if run is None else run.decider
         self._rows = by_name(scenario)[1].tolist()
-        self._single = list[Decision]()
+        self._single = list(made)
         # Of each decision of a fleet: the table and the obstacles of each row that decided.
         self._tables = list[dict[int, tuple[RobotTable, Obstacles]]]()
         self._new = dict[int, tuple[RobotTable, Obstacles]]()
@@ -183,12 +175,9 @@ class Knowledge:
         every = self._scenario.steps_per_decision
         made = k // every
         if self._single:
-            last = alone(self._scenario, self._single[made])
-            begun = made
-            while begun and self._single[begun - 1].manoeuvre is self._single[made].manoeuvre:
-                begun -= 1
-            first = last if begun == made else alone(self._scenario, self._single[begun])
-            return seen_of(self._scenario, k, robot, self._single[made].outcome.name, last, first, number)
+            decision = self._single[made]
+            last, first = (alone(self._scenario, known) for known in (known_at(decision), beginning_of(decision)))
+            return seen_of(self._scenario, k, robot, decision.outcome.name, last, first, number)
         row, fleet = self._rows[robot], cast(FleetDecider, self._decider).fleet
         decided = [j for j in range(made + 1) if row in self._tables[j]]
         outcomes = {j: steps[every * j].outcomes[robot] for j in decided}
@@ -201,28 +190,17 @@ class Knowledge:
         return seen_of(self._scenario, k, robot, outcomes[decided[-1]], last, first, number)
 
 
-def alone(scenario: Scenario, decision: Decision) -> Known:
-    """What the only robot of a scenario knew at a decision."""
-    made, blocked = decision.inputs, decision.blocked
-    assert made is not None
-    navigator = cast(Navigator, made.navigator)
-    state, now = made.state, made.now
-    if blocked.obstacles.start != now:
-        # A sequence that is kept holds the control obstacle of its start.
-        window = navigator.predict(made.obstacles, state, now)
-        blocked = navigator.control_obstacle(_responses(navigator)[0], window, state)
-    window, progress = blocked.obstacles, None if made.previous is None else made.previous.progress
-    goal = Goal(Stationary(state.position)) if made.goal is None else made.goal
-    target, max_speed = target_of(goal, navigator, state, window, progress)
-    margins = np.broadcast_to(np.asarray(blocked.margin), (len(window),)).tolist()
-    numbers = numbers_of(scenario, window.obstacles, now)
-    others = tuple(Other(*number, *more) for number, *more in zip(numbers, window.obstacles, margins))
-    return Known(navigator, target, max_speed, blocked, others, decision.manoeuvre, decision.preferred)
+def alone(scenario: Scenario, known: Known) -> Among:
+    """What the only robot of a scenario knew at a decision, and the others in the scenario."""
+    window = known.blocked.obstacles
+    margins = np.broadcast_to(np.asarray(known.blocked.margin), (len(window),)).tolist()
+    numbers = numbers_of(scenario, window.obstacles, known.time)
+    return known, tuple(Other(*number, *more) for number, *more in zip(numbers, window.obstacles, margins))
 
 
 def among(
     scenario: Scenario, fleet: Fleet, row: int, known: tuple[RobotTable, Obstacles], step: Step, now: float, robot: int
-) -> Known:
+) -> Among:
     """What a robot (row) of a fleet knew at its decision `now` [s], as its fleet held it."""
     table, obstacles = known
     members, d = fleet.members, fleet.dimension
@@ -246,7 +224,7 @@ def among(
     if outcome not in OLD and not isinstance(response, str):
         manoeuvre = Manoeuvre(response, state, step.controls[robot], now)
     else:
-        response = _responses(navigator)[0]
+        response = responses_of(navigator)[0]
     margins = np.append(np.full(len(foreseen), each["margin"]), np.full(len(robots), each["margin_among"]))
     if outcome in ("SQUEEZED", "DELAYED"):
         margins[:] = 0.0
@@ -267,11 +245,7 @@ def among(
     goal: Goal = scenario.robots[robot].goal
     if isinstance(goal, PathGoal) or not (each["final"] and each["moving"]):
         goal = Goal(Stationary(each["target"][:d] + by), float(each["tolerance"]), bool(each["stop"]))
-    return Known(navigator, goal, float(each["max_speed"]), blocked, others, manoeuvre, None)
-
-
-def _responses(navigator: Navigator) -> tuple[Response, ...]:
-    return navigator.method.responses(navigator.limits, navigator.period, navigator.holds)
+    return Known(navigator, goal, float(each["max_speed"]), blocked, manoeuvre, None), others
 
 
 def numbers_of(scenario: Scenario, known: Sequence[Obstacle], now: float) -> list[tuple[str, int]]:
@@ -312,8 +286,8 @@ class Seen:
     Attributes:
         step: of the run. outcome: name of the `Outcome`, "" if none is known.
         age: [s] of the committed manoeuvre. manoeuvre: it; None if none is known.
-        target: (d,) [m] where the robot drives instead of where its goal was at the start; None: there.
-        responses: those that the robot compares. others: of the control obstacle `blocked` of one of them.
+        target: (d,) [m] where the robot drives instead of to its goal; None: there.
+        responses: those that the robot compares. others: of the control obstacle that is drawn.
     """
 
     step: int
@@ -325,8 +299,12 @@ class Seen:
     responses: tuple[Response, ...]
     others: tuple[Other, ...]
     manoeuvre: Manoeuvre | None
-    blocked: ControlObstacle
     controls: DrawnControls
+
+    @property
+    def blocked(self) -> ControlObstacle:
+        """The control obstacle that is drawn."""
+        return self.controls.blocked
 
     @property
     def time(self) -> float:
@@ -350,164 +328,42 @@ class Seen:
 
     @property
     def unchanged(self) -> Array:
-        """The control (d,) that changes nothing: of the change from it a robot makes its share of the avoidance."""
-        return self.state.velocity if isinstance(self.response, Velocity) else np.zeros(self.state.dimension)
-
-    def whole(self, controls: Array, share: float) -> Array:
-        """The controls (..., d) that do all of an avoidance of which `controls` do a share."""
-        return np.asarray(self.unchanged + (controls - self.unchanged) / share)
+        """The control (d,) that changes nothing."""
+        return unchanged(self.blocked)
 
     def times(self, controls: Array) -> Array:
-        """Time of the first contact for controls (..., d) with each other: (..., n) [s], inf if there is none.
-
-        For robots that share the avoidance, of the whole of it.
-        """
-        times = self.blocked.times_to_collision(controls)
-        shares = np.array([other.share for other in self.others])
-        for share in set(shares[shares < 1.0].tolist()):
-            times[..., shares == share] = self.blocked.times_to_collision(self.whole(controls, share))[
-                ..., shares == share
-            ]
-        return times
-
-
-def seen_of(
-    scenario: Scenario, step: int, robot: int, outcome: str, last: Known, first: Known, number: int = -1
-) -> Seen:
-    """Return the decision `last`, whose manoeuvre began with the decision `first`, in a control space.
-
-    That of the response `number` at the last decision; -1: that of the manoeuvre, from which it was chosen. The chosen
-    control has a meaning only there.
-    """
-    responses = _responses(last.navigator)
-    selected = 0 <= number < len(responses)
-    known = last if selected else first
-    navigator, state = known.navigator, known.blocked.state
-    begun = known.manoeuvre
-    response = responses[number] if selected else known.blocked.response
-    own = begun is not None and begun.start == known.time and begun.response == response
-    blocked = known.blocked
-    if response != blocked.response:
-        blocked = navigator.control_obstacle(response, blocked.obstacles, state, np.asarray(blocked.margin))
-    admissible = navigator.limits.admissible(response, state, navigator.horizon)
-    preferred = known.preferred if own else None
-    if preferred is None:
-        situation = navigator.situation(response, state, known.goal, known.time)
-        preferred = preferred_of(navigator, situation, known.max_speed)
-    chosen = begun.control if own and begun is not None else None
-    target = last.goal.position(last.time)
-    moved = (target != scenario.robots[robot].goal.position(scenario.start)).any()
-    return Seen(
-        step,
-        robot,
-        outcome,
-        0.0 if first.manoeuvre is None else last.time - first.manoeuvre.start,
-        target if moved else None,
-        navigator,
-        responses,
-        known.others,
-        first.manoeuvre,
-        blocked,
-        DrawnControls(admissible, preferred, chosen, "" if chosen is None else "chosen"),
-    )
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Sentences that say why a robot chose its manoeuvre, and the obstacles that decided it.
-
-
-VIEW_BINDING: Final = 0.02
-"""[m] A chosen manoeuvre is said to pass an obstacle closely up to this clearance beyond the margin.
-
-Larger: more obstacles are named as reasons of a choice. Smaller: one that limits the choice may be left out.
-"""
-
-VIEW_APPROACH_SAMPLES: Final = 241
-"""[1] Times at which the closest approach of a manoeuvre to an obstacle is sought, for a sentence of a view.
-
-Larger: a more exact time in the sentence. Smaller: a less exact one.
-"""
-
-
-class Meeting(NamedTuple):
-    """The closest approach of a manoeuvre to an obstacle."""
-
-    other: int  # row of `Seen.others`
-    time: float  # [s] after the start of the manoeuvre
-    clearance: float  # [m] between the surfaces
-
-
-class Reasons(NamedTuple):
-    """Why a robot chose its manoeuvre.
-
-    Attributes:
-        sentences: for the user. contact_times: (n,) [s] of contact with each other under the preferred control.
-        first: row of the first one that it hits; -1 if it hits none. binding: those that the manoeuvre passes closely.
-    """
-
-    sentences: tuple[str, ...]
-    contact_times: Array
-    first: int
-    binding: tuple[Meeting, ...]
+        """Time of the first contact for controls (..., d) with each other, see `contact_times`: (..., n) [s]."""
+        return contact_times(self.blocked, controls, [other.share for other in self.others])
 
 
 def reasons(seen: Seen) -> Reasons:
     """Return the reasons of a decision, in the control space that is drawn."""
-    quantity, preferred = kind(seen.response), seen.controls.preferred
-    times = seen.times(preferred)
-    first = int(np.argmin(times)) if np.isfinite(times).any() else -1
-    binding = tuple(_binding(seen))
-    wanted = f"The preferred {quantity.name} {_numbers(preferred)} {quantity.unit}"
-    if first >= 0:
-        hit = seen.others[first]
-        # The robot makes a part of the change that avoids the contact, and the other one the rest.
-        unless = f" even if {hit.name} takes its share of the avoidance" if hit.share < 1.0 else ""
-        told = f"{wanted} would hit {hit.name} in {times[first]:.1f} s{unless}."
-    elif not seen.admissible.contains(preferred):
-        told = f"{wanted} hits nothing, but it is outside the limits."
-    else:
-        told = f"{wanted} hits nothing within {seen.blocked.horizon:g} s."
-    sentences = [told]
-    if seen.outcome in Outcome.__members__:
-        sentences.insert(0, Outcome[seen.outcome].value)
-    if seen.age > 0.0 and seen.controls.chosen is not None:
-        sentences.insert(1, f"It began {seen.age:.1f} s ago, and its control space is that of then.")
-    elif seen.age > 0.0:
-        sentences.insert(1, f"It began {seen.age:.1f} s ago; its control has no place in this control space.")
-    if binding:
-        passed = " and ".join(f"{seen.others[m.other].name} in {m.time:.1f} s" for m in binding[:2])
-        least = binding[0].clearance
-        closest = f"with {least:.2f} m" if least >= 0.0 else f"and overlaps by {-least:.2f} m"
-        sentences.append(f"The manoeuvre passes {passed} {closest}.")
-    return Reasons(tuple(sentences), times, first, binding)
+    others = [Met(other.name, other.obstacle, other.share) for other in seen.others]
+    return reasons_of(seen.controls, others, seen.outcome, seen.age)
 
 
-def _binding(seen: Seen) -> list[Meeting]:
-    """The closest approaches of the manoeuvre that leave little beyond the margin, closest first."""
-    chosen, found = seen.controls.chosen, list[Meeting]()
-    if chosen is None:
-        return found
-    elapsed = np.linspace(0.0, seen.blocked.horizon, VIEW_APPROACH_SAMPLES)
-    times, image = seen.time + elapsed, seen.response.position(seen.state, elapsed)
-    controls = {share: seen.whole(chosen, share) for share in {other.share for other in seen.others}}
-    least = {share: seen.blocked.clearances(control) for share, control in controls.items()}
-    for row, other in enumerate(seen.others):
-        control, obstacle = controls[other.share], other.obstacle
-        if least[other.share][row] > VIEW_BINDING:
-            continue
-        positions = image(control)
-        moving = np.linalg.norm(np.gradient(positions, axis=0), axis=1) > 1e-9
-        begin, end = obstacle.trajectory.span
-        there = (times >= begin) & (times <= end) & (moving | obstacle.contact_at_rest)
-        if there.any():
-            distance = clearances(obstacle, seen.blocked.robot, times[there], positions[there])
-            if obstacle.uncertainty is not None:
-                d = seen.state.dimension
-                distance = distance - [float(obstacle.uncertainty.radius(t, d)) for t in elapsed[there].tolist()]
-            k = int(np.argmin(distance))
-            found.append(Meeting(row, float(elapsed[there][k]), float(distance[k])))
-    return sorted(found, key=lambda meeting: meeting.clearance)
+def seen_of(
+    scenario: Scenario, step: int, robot: int, outcome: str, last: Among, first: Among, number: int = -1
+) -> Seen:
+    """Return the decision `last`, whose manoeuvre began with the decision `first`, in a control space.
 
-
-def _numbers(control: Array) -> str:
-    return "(" + ", ".join(f"{x:.1f}" for x in np.round(control, 1) + 0.0).replace("-", "−") + ")"
+    That of the response `number` at the last decision; -1: that of the manoeuvre, from which it was chosen.
+    """
+    latest, manoeuvre = last[0], first[0].manoeuvre
+    responses = responses_of(latest.navigator)
+    selected = 0 <= number < len(responses)
+    known, others = last if selected else first
+    target = latest.goal.position(latest.time)
+    moved = (target != scenario.robots[robot].goal.position(latest.time)).any()
+    return Seen(
+        step,
+        robot,
+        outcome,
+        0.0 if manoeuvre is None else latest.time - manoeuvre.start,
+        target if moved else None,
+        known.navigator,
+        responses,
+        others,
+        manoeuvre,
+        drawn_controls(known, responses[number] if selected else None),
+    )

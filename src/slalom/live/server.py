@@ -9,6 +9,7 @@ import re
 import secrets
 import socket
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final, TypeVar
 
 from starlette.applications import Starlette
@@ -30,12 +31,14 @@ OWN_HOST: Final = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
 """Host headers that are accepted, with any port: that of a tunnel may differ. Names of other machines are refused, so
 that no page can reach the server by a name that its own server resolves to this machine (DNS rebinding)."""
 LAST_PORT: Final = 65535
-LARGEST: Final = 16384
-"""[byte] Largest command that is accepted."""
+LARGEST: Final = 1 << 20
+"""[byte] Largest command that is accepted: one that restores a scene holds its file."""
 SLOWEST: Final = 10.0
 """[s] A client that takes no message for this long is disconnected."""
 QUIET: Final = 0.15
 """[s] After a drag the run goes on only if no other command follows for this long, so that drags are not held up."""
+BACKGROUND: Final = ThreadPoolExecutor(2, "slalom-runs")
+"""Threads that make further steps of runs. Openings and answers have others, so that none waits behind many runs."""
 REFUSED, TOO_LARGE = 1008, 1009
 COMPILING: Final = "compiling, up to a minute"
 """Text of the page while kernels compile, until the first frame is shown."""
@@ -186,7 +189,7 @@ async def _answer(websocket: WebSocket, session: Session, mailbox: Mailbox, noti
         # A large fleet goes on between two control spaces, each of which takes as long as some steps.
         if not session.complete and (owed or not await mailbox.wait(quiet)):
             quiet, owed = 0.0, False
-            await _send(websocket, await asyncio.to_thread(session.more))
+            await _send(websocket, await asyncio.get_running_loop().run_in_executor(BACKGROUND, session.more))
             continue
         command = await mailbox.get()
         quiet, owed = QUIET if command["do"] == "drag" else 0.0, command["do"] == "look"
@@ -244,7 +247,7 @@ class Server:
             self._application,
             log_level="warning",
             ws="websockets-sansio",
-            ws_max_size=4 * LARGEST,
+            ws_max_size=2 * LARGEST,
             ws_max_queue=8,
             ws_per_message_deflate=False,
             timeout_graceful_shutdown=1,

@@ -1,7 +1,9 @@
 """One view of a scenario: its state, and the answers to commands. It is independent of the network."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
@@ -12,7 +14,7 @@ from slalom.base.errors import InvalidInput, SlalomError
 from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
-from slalom.live.messages import Scene, pack, series
+from slalom.live.messages import Scene, ended, pack, series
 from slalom.live.recorded import Recorded, last_state
 from slalom.live.seen import (
     VIEW_SAMPLES,
@@ -37,6 +39,7 @@ from slalom.model.trajectory import (
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import moved
 from slalom.sim.files.scenario_writer import scenario_text
+from slalom.sim.files.scenario_yaml import read_scenario
 from slalom.sim.measure.recording import Step
 from slalom.sim.run.simulate import Run
 from slalom.sim.scenario import Robot, Scenario
@@ -97,7 +100,11 @@ class Replayed:
         self.steps = found.steps
         self.end = found.end
         self.arrived = found.arrived
-        self._making = decided_again(found.scenario, found.method, found.steps, found.seed) if found.method else None
+        self._making: Iterator[Knowledge] | None = None
+        if found.decision is not None:
+            self._making = iter([Knowledge(found.scenario, None, found.decision)])
+        elif found.method is not None:
+            self._making = decided_again(found.scenario, found.method, found.steps, found.seed)
         self._count = 0
 
     def advance(self, count: int) -> None:
@@ -241,14 +248,20 @@ class Session:
     """
 
     def __init__(self, scenario: Scenario, method: Method, recorded: Recorded | None = None) -> None:
+        own = {robot.method for robot in scenario.robots}
+        if len(own) == 1 and None not in own:
+            # A method that all robots have in their file is the one of the view, which can choose another one.
+            scenario = replace(scenario, robots=tuple(replace(robot, method=None) for robot in scenario.robots))
+            method = own.pop() or method
         self.scenario = scenario
         self.method = method
         self.recorded = recorded
         self.compared: Method | None = None
         self.robot, self.response = 0, -1
         self._box = Scene(scenario, [] if recorded is None else recorded.steps)
-        self._undo: list[tuple[Scenario, Recorded | None]] = []
+        self._undo: list[tuple[Scenario, Recorded | None, Method]] = []
         self._gesture: object = None
+        self._restored = False
         self._fields = Fields()
         self._begin()
 
@@ -274,6 +287,7 @@ class Session:
             "compare": None if self.compared is None else self.compared.name,
             "chosen": self.robot,
             "recorded": self.recorded is not None,
+            "restored": self._restored,
         }
         name, notes = (self.method.name, ()) if self.recorded is None else (self.recorded.name, self.recorded.notes)
         scene = self._scene.message(name, live=True, notes=notes, extra=extra)
@@ -293,7 +307,8 @@ class Session:
             steps = [*steps, played.end]
         if not steps:
             return []
-        frames = self._scene.frames(steps, first, played.arrived, complete=self.complete)
+        how = ended(self.scenario, played.steps, played.end, played.arrived) if self.complete else None
+        frames = self._scene.frames(steps, first, played.arrived, how)
         return [frames, series(self.scenario, steps, self.robot, first)]
 
     def answer(self, command: Mapping[str, Any]) -> list[bytes]:
@@ -315,6 +330,7 @@ class Session:
             "set": self._set,
             "undo": self._take_back,
             "yaml": self._yaml,
+            "restore": self._restore,
         }
         if name not in known:
             raise InvalidInput(f"do: expected one of {', '.join(known)}; found {name!r}")
@@ -381,7 +397,7 @@ class Session:
 
     def _remember(self) -> None:
         """Keep the present scenario or replay for undo; what follows is a run of its own."""
-        self._undo = [*self._undo[-MAX_UNDO + 1 :], (self.scenario, self.recorded)]
+        self._undo = [*self._undo[-MAX_UNDO + 1 :], (self.scenario, self.recorded, self.method)]
         self.recorded = None
 
     def _restarted(self, answers: int) -> list[bytes]:
@@ -390,7 +406,7 @@ class Session:
             return self.opening(answers)
         except SlalomError as error:
             # The scenario is one that cannot run, such as one whose goal is covered: the one before it stays.
-            self.scenario, self.recorded = self._undo.pop()
+            self.scenario, self.recorded, self.method = self._undo.pop()
             self._gesture = None
             self._begin()
             raise InvalidInput(str(error)) from error
@@ -440,19 +456,18 @@ class Session:
         return self._restarted(answers)
 
     def _method(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        before = self.method
-        recorded = self.recorded
-        self.method = method_of(str(_given(command, "name")))
-        self.response = -1
+        before, recorded = self.method, self.recorded
+        chosen = method_of(str(_given(command, "name")))
         if recorded is not None:
             self._remember()
+        self.method, self.response = chosen, -1
         try:
             self._begin()
             return self.opening(answers)
         except SlalomError as error:
             self.method = before
             if recorded is not None:
-                _, self.recorded = self._undo.pop()
+                _, self.recorded, _ = self._undo.pop()
             self._begin()
             raise InvalidInput(str(error)) from error
 
@@ -472,14 +487,41 @@ class Session:
     def _take_back(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         if not self._undo:
             raise InvalidInput("undo: expected a change before, found none")
-        (self.scenario, self.recorded), self._gesture = self._undo.pop(), None
-        if self.recorded is not None:
-            self.method = self.recorded.method or self.method
+        self.scenario, self.recorded, self.method = self._undo.pop()
+        self._gesture = None
         self._begin()
         return self.opening(answers)
 
     def _yaml(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        return [pack("yaml", {"text": scenario_text(self.scenario)}, {})]
+        # A page that keeps its state asks quietly.
+        return [pack("yaml", {"text": self._text(), "quiet": bool(command.get("quiet"))}, {})]
+
+    def _text(self) -> str:
+        """The scenario as YAML, with the method of the robots."""
+        robots = tuple(replace(robot, method=robot.method or self.method) for robot in self.scenario.robots)
+        return scenario_text(replace(self.scenario, robots=robots))
+
+    def _restore(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        """Take the state that a page kept: scene as YAML, method, second method and robot, each if it is given."""
+        scene, compare = command.get("scene"), command.get("compare")
+        scenario = self.scenario if scene is None else scenario_of(str(scene))
+        found = Session(scenario, method_of(str(command.get("method", self.method.name))))
+        robot = whole(command.get("robot", 0), "robot")
+        if scene is not None or found.method != self.method:
+            self._remember()
+        self.scenario, self.method = found.scenario, found.method
+        self.robot, self.compared = robot, None
+        self._restored = True
+        messages = self._restarted(answers)
+        return messages + (self.answer({"do": "compare", "name": compare, "step": 0}) if compare else [])
+
+
+def scenario_of(text: str) -> Scenario:
+    """Return the scenario of the text of a file. Raises InvalidFile for mistakes."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "scene.yaml"
+        file.write_text(text, encoding="utf-8")
+        return read_scenario(file)
 
 
 def _step_of(command: Mapping[str, Any]) -> int:

@@ -1,7 +1,6 @@
 """Drawing of the control space: control obstacle by time to collision, admissible set, and controls."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -17,26 +16,10 @@ from matplotlib.path import Path as Outline
 from slalom.base.checks import Array, vector
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
-from slalom.decision.navigator import Navigator
-from slalom.decision.objective import Situation, preferred_control
-from slalom.model.goal import Goal
 from slalom.model.limits import Admissible
-from slalom.model.path_goal import PathGoal
-from slalom.model.response import (
-    AccelerateThenBrake,
-    AccelerateThenCoast,
-    AccelerateThenStop,
-    Acceleration,
-    Jerk,
-    LaggedVelocity,
-    Response,
-    Velocity,
-)
-from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import Part
-from slalom.model.state import State
 from slalom.obstacle.window import ObstacleWindow
+from slalom.sim.explanation import kind
 from slalom.view.style import (
     FAINT,
     INK,
@@ -153,42 +136,6 @@ def admissible_region(admissible: Admissible, height: float | None = None) -> An
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Words for controls: name, letter, unit, and description of the response.
-
-
-class Kind(NamedTuple):
-    """Kind of a control: name, letter, unit, and description of the response."""
-
-    name: str
-    letter: str
-    unit: str
-    description: str
-
-
-def kind(response: Response) -> Kind:
-    """Return the kind of the controls of `response`."""
-    match response:
-        case Velocity():
-            words = f"reached in {response.ramp:g} s" if response.ramp else "reached at once"
-            return Kind("velocity", "v", "m/s", words)
-        case LaggedVelocity():
-            return Kind("velocity", "v", "m/s", f"approached with lag {response.lag:.3g} s")
-        case Acceleration():
-            return Kind("acceleration", "a", "m/s²", "held")
-        case AccelerateThenCoast():
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then coasting")
-        case AccelerateThenBrake() | AccelerateThenStop():
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, then braking")
-        case AccelerationSequence():
-            more = f"then {len(response.then)} more" if response.then else "then coasting"
-            return Kind("acceleration", "a", "m/s²", f"held {response.hold:.3g} s, {more}")
-        case Jerk():
-            return Kind("jerk", "j", "m/s³", "held")
-        case _:
-            return Kind("control", "u", "control", type(response).__name__)
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 # Drawing of the control space: control obstacle by time to collision, admissible set, and controls.
 
 
@@ -206,7 +153,6 @@ def control_space(
     extent: Extent | None = None,
     resolution: int = 201,
     elements: Sequence[float] = (),
-    chosen_label: str = "chosen",
     decorations: bool = True,
 ) -> Axes:
     """Draw the control obstacle by time to collision, the admissible set, and the preferred and chosen controls.
@@ -220,7 +166,6 @@ def control_space(
         extent: x from, x to, y from, y to in the same unit; by default the admissible set and its surroundings.
         resolution: number of grid points along each axis, at least 2.
         elements: times [s] from now whose temporal elements are drawn as faint circles.
-        chosen_label: legend entry of the filled marker.
         decorations: whether to draw labels, legend and colour bar.
 
     Returns:
@@ -247,7 +192,7 @@ def control_space(
         )
         for t in elements:
             _element(ax, blocked, float(t), height)
-        handles = _controls(ax, blocked, preferred_control, chosen_control, (left, right, low, high), chosen_label)
+        handles = _controls(ax, blocked, preferred_control, chosen_control, (left, right, low, high))
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         if decorations:
@@ -384,7 +329,6 @@ def _controls(
     preferred: Array | None,
     chosen: Array | None,
     extent: Extent,
-    chosen_label: str,
 ) -> list[Line2D]:
     """Draw markers of the controls; return their legend entries.
 
@@ -395,7 +339,7 @@ def _controls(
     corner, opposite = np.array(extent[0::2]), np.array(extent[1::2])
     inset = 0.02 * (opposite - corner)
     height = None if blocked.dimension == 2 else _through(preferred, chosen)
-    for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", chosen_label)):
+    for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", "chosen")):
         if point is None:
             continue
         outside = bool(np.any((point[:2] < corner) | (point[:2] > opposite)))
@@ -450,64 +394,3 @@ def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles:
     ]
     legend_below(ax, entries, 2)
     colour_bar(time_scale(blocked.horizon), ax, "time to collision [s]")
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Admissible set, preferred and chosen control of a decision, in the control space that is drawn.
-
-
-class DrawnControls(NamedTuple):
-    """Controls in the control space that is drawn; `label` describes the chosen one."""
-
-    admissible: Admissible
-    preferred: Array
-    chosen: Array | None
-    label: str
-
-
-def target_of(
-    goal: Goal, navigator: Navigator, state: State, window: ObstacleWindow, progress: float | None
-) -> tuple[Goal, float]:
-    """Return what a robot drives to until its next decision, and the largest speed [m/s] there.
-
-    On a path this is a point ahead, as `Navigator.decide` takes it; `progress` [m] is that of the decision, or None.
-    """
-    limits = navigator.limits
-    if not isinstance(goal, PathGoal):
-        return goal, limits.max_speed
-    step = navigator.step_along(goal, state, window, progress)
-    return step.goal, step.max_speed
-
-
-def preferred_of(navigator: Navigator, situation: Situation, max_speed: float) -> Array:
-    """Return the control (d,) that the objective prefers with this largest speed [m/s]."""
-    limits = replace(situation.limits, max_speed=max_speed)
-    return preferred_control(navigator.objective.aims(replace(situation, limits=limits)))
-
-
-def drawn_controls(decision: Decision, navigator: Navigator, goal: Goal) -> DrawnControls:
-    """Return the controls of a decision, in the control space of `decision.blocked`.
-
-    A manoeuvre may belong to another response or an earlier time, where its control has no meaning. The chosen control
-    then is the one applied over this period.
-    """
-    blocked = decision.blocked
-    response = blocked.response
-    state = blocked.state
-    now = blocked.obstacles.start
-    admissible = navigator.limits.admissible(response, state, navigator.horizon)
-    preferred = decision.preferred
-    if decision.outcome in (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED):
-        target, max_speed = target_of(goal, navigator, state, blocked.obstacles, decision.progress)
-        situation = navigator.situation(response, state, target, now)
-        preferred = preferred_of(navigator, situation, max_speed)
-    manoeuvre, quantity = decision.manoeuvre, kind(response).name
-    if manoeuvre.response == response and (manoeuvre.start == now or response.restartable):
-        return DrawnControls(admissible, preferred, manoeuvre.control, "chosen")
-    applied = manoeuvre.mean_acceleration(now, navigator.period)
-    if quantity == "velocity":
-        chosen, label = state.velocity + navigator.period * applied, "next velocity (manoeuvre kept)"
-        return DrawnControls(admissible, preferred, chosen, label)
-    if quantity == "acceleration":
-        return DrawnControls(admissible, preferred, applied, "applied now (manoeuvre kept)")
-    return DrawnControls(admissible, preferred, None, "")

@@ -22,15 +22,8 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
-from slalom.view.control_space import (
-    DrawnControls,
-    Extent,
-    admissible_region,
-    control_space,
-    drawn_controls,
-    kind,
-    target_of,
-)
+from slalom.sim.explanation import DrawnControls, beginning_of, drawn_controls, kind, known_at
+from slalom.view.control_space import Extent, admissible_region, control_space
 from slalom.view.style import COLUMN, GOAL, INK, NEUTRAL, PAGE, ROBOT, colour_at, colour_bar, halo, style
 from slalom.view.workspace import (
     body,
@@ -64,8 +57,8 @@ def decision(
 ) -> Figure:
     """Draw the workspace and the control space of one decision, side by side.
 
-    A committed manoeuvre may belong to another response than the control space that is drawn, where its control has no
-    meaning. The filled marker is then the control applied over this period, as stated in the legend.
+    The workspace is that of the decision. The control space is the one from which its manoeuvre was chosen: that of a
+    kept manoeuvre is that of its start, as its title states.
 
     Args:
         decision: result of `navigator.decide` for `goal`.
@@ -75,13 +68,11 @@ def decision(
         resolution: number of grid points of the control space along each axis.
         uncertainty: whether to draw the regions that hold obstacles with an uncertainty.
     """
-    blocked = decision.blocked
+    now, then = known_at(decision), beginning_of(decision)
+    present, controls = drawn_controls(now), drawn_controls(then)
+    blocked, preferred = present.blocked, present.preferred
     state, traffic = blocked.state, blocked.obstacles
-    controls = drawn_controls(decision, navigator, goal)
-    preferred_manoeuvre = Manoeuvre(blocked.response, state, controls.preferred, traffic.start)
-    target = None
-    if isinstance(goal, PathGoal):
-        target, _ = target_of(goal, navigator, state, traffic, decision.progress)
+    target = now.goal if isinstance(goal, PathGoal) else None
     with style():
         left, right = axes or _panels(3 + (track is not None) + uncertainty + (target is not None))
         figure = left.get_figure(root=True)
@@ -94,24 +85,25 @@ def decision(
             goal=goal,
             target=target,
             manoeuvre=decision.manoeuvre,
-            preferred=preferred_manoeuvre,
+            preferred=Manoeuvre(blocked.response, state, preferred, now.time),
             track=track,
-            contact_times=blocked.times_to_collision(controls.preferred),
+            contact_times=blocked.times_to_collision(preferred),
             uncertainty=uncertainty,
         )
-        extent = _velocity_extent(blocked.response, navigator)
+        extent = _velocity_extent(controls.blocked.response, navigator)
         control_space(
             right,
-            blocked=blocked,
+            blocked=controls.blocked,
             admissible=controls.admissible,
             preferred=controls.preferred,
             chosen=controls.chosen,
             extent=extent,
             resolution=resolution,
-            chosen_label=controls.label,
         )
+        if then.time != now.time:
+            right.set_title(f"{right.get_title()}, {now.time - then.time:.1f} s ago", pad=4)
         if extent is not None:
-            _enlarge(right, decision, controls, extent)
+            _enlarge(right, controls, extent)
         heading = f"{navigator.method.name.upper()}: {decision.outcome.value}" if title is None else title
         if heading and axes is None:
             figure.suptitle(heading, y=0.985)
@@ -137,10 +129,10 @@ def _velocity_extent(response: Any, navigator: Navigator) -> Extent | None:
     return (-limit, limit, -limit, limit)
 
 
-def _enlarge(ax: Axes, decision: Decision, controls: DrawnControls, extent: Extent) -> None:
+def _enlarge(ax: Axes, controls: DrawnControls, extent: Extent) -> None:
     """Draw the surroundings of a small admissible set enlarged, in the corner farthest from the set."""
     height = None
-    if decision.blocked.dimension == 3:
+    if controls.blocked.dimension == 3:
         height = float((controls.preferred if controls.chosen is None else controls.chosen)[2])
     region = admissible_region(controls.admissible, height)
     if region.is_empty:
@@ -156,7 +148,7 @@ def _enlarge(ax: Axes, decision: Decision, controls: DrawnControls, extent: Exte
     visible = bool(np.all(np.abs(controls.preferred[:2] - (x, y)) < half))
     control_space(
         inset,
-        blocked=decision.blocked,
+        blocked=controls.blocked,
         admissible=controls.admissible,
         preferred=controls.preferred if visible else None,
         chosen=controls.chosen,

@@ -518,7 +518,9 @@ def named(
         InvalidInput: no names, or no row with an existing file; a scenario in `only` that no row has; no such folder of
             data. InvalidFile: mistakes in a study.
     """
-    studies = [read_study(name, data) if is_study(name) else Study("", "", [_of_name(name)]) for name in names]
+    studies = [
+        read_study(name, data) if is_study(name) else Study("", "", [_of_name(name, settings)]) for name in names
+    ]
     if data is not None and not any(is_study(name) for name in names):
         raise InvalidInput(f"data: expected only with a study file, found it with {', '.join(names)}")
     every = [row for study in studies for row in (*study.rows, *study.left_out)]
@@ -550,9 +552,9 @@ def named(
     return study
 
 
-def _of_name(name: str) -> Row:
-    """Return the row of a scenario by name, with every case of a file if they are fewer than SEEDS."""
-    return Row(name, seeds=min(SEEDS, count_of(name) or SEEDS))
+def _of_name(name: str, settings: Mapping[str, float] | None) -> Row:
+    """Return the row of a scenario by name: one seed if it is deterministic, else SEEDS or all cases of a file."""
+    return Row(name, seeds=1 if is_deterministic(name, settings) else min(SEEDS, count_of(name) or SEEDS))
 
 
 def _called(row: Row) -> str:
