@@ -65,14 +65,14 @@ def least_left(motions: Array, way: Array, radius: float) -> float:
 
 
 @kernel
-def window_costs(w: Wheels, start: Array, held_ones: Array, count: int, way: Array, radius: float) -> Array:
+def window_costs(w: Wheels, start: Array, window: Array, count: int, way: Array, radius: float) -> Array:
     """What is left of a way [m], see `way_left`, and the distance from the start [m], at the ends of motions (n, 2).
 
-    held_ones: (n, 3) what they hold before they brake: speed, turn and a number of periods. count: of all periods.
+    window: (n, 3) what they hold before they brake: speed, turn and a number of periods. count: of all periods.
     """
-    found = np.empty((len(held_ones), 2))
-    for i in range(len(held_ones)):
-        end = held(w, start, held_ones[i, 0], held_ones[i, 1], int(held_ones[i, 2]), count)[count]
+    found = np.empty((len(window), 2))
+    for i in range(len(window)):
+        end = held(w, start, window[i, 0], window[i, 1], int(window[i, 2]), count)[count]
         found[i, 0] = way_left(end, way, radius)
         found[i, 1] = np.hypot(end[0] - start[0], end[1] - start[1])
     return found
@@ -105,7 +105,7 @@ def contact_of(
 def first_clear(
     w: Wheels,
     start: Array,
-    held_ones: Array,
+    window: Array,
     order: Indices,
     count: int,
     parts: int,
@@ -119,7 +119,7 @@ def first_clear(
 ) -> int:
     """The first of held motions in an `order` that touches nothing, see `contact_of`; -1: none."""
     for i in order:
-        motions = held(w, start, held_ones[i, 0], held_ones[i, 1], int(held_ones[i, 2]), count)
+        motions = held(w, start, window[i, 0], window[i, 1], int(window[i, 2]), count)
         if contact_of(w, motions, parts, size, corners, bodies, hulls, keep, advance, cap) == np.inf:
-            return i
+            return int(i)
     return -1
