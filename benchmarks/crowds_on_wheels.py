@@ -321,11 +321,11 @@ class Settings(NamedTuple):
     """Settings of the dynamic window: weights, shares, times [s] and lengths [m]."""
 
     horizon: float = 2.0
-    reserve: float = 0.3  # time beyond that to stop for which a motion is clear
+    reserve: float = 0.1  # time beyond that to stop for which a motion is clear
     ahead: float = 1.2  # target on the path
-    grown: float = 0.5  # share of the uncertainty of tracks that counts
+    grown: float = 1.0  # share of the uncertainty of tracks that counts
     clear: float = 0.1  # weight of 1 / clearance
-    fast: float = 0.3  # weight of the speed
+    fast: float = 0.6  # weight of the speed
     change: float = 0.05  # weight of the change of the turn rate
 
 

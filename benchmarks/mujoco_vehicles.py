@@ -10,8 +10,9 @@ noise and arrive 0.1 s late, the pose with 5 mm and 0.003 rad, speed and steerin
 is measured first, by a step of the command, and stated to slalom.
 
 A contact is one that the engine reports between the vehicle and a person or a wall; it counts once until 0.5 s without
-one. The vehicle caused it if its velocity at the contact towards the other was above 0.05 m/s before. "Off" is the
-largest distance of the pose from the one that the decision before predicted, and the largest difference of headings.
+one. The vehicle caused it if its velocity at the contact towards the other was above 0.05 m/s before, and no other
+person had pushed it in the last 0.5 s: people are not stopped by a vehicle. "Off" is the largest distance of the pose
+from the one that the decision before predicted, and the largest difference of headings, before the first contact.
 """
 
 import sys
@@ -185,11 +186,12 @@ def lags(kind: type[Machine]) -> tuple[float, float]:
 
 
 class Contact(NamedTuple):
-    """A contact that began: with what, at what time, the velocity towards it [m/s], and the outcome of the decision."""
+    """A contact that began: with what, when [s], the velocity towards it [m/s], whether a person pushed the vehicle."""
 
     other: str
     t: float
     towards: float
+    pushed: bool
     outcome: str
     turned: float  # [s] since the person turned about
 
@@ -238,7 +240,7 @@ def run(kind: type[Machine], lag: tuple[float, float], seed: int, most: float = 
         if np.hypot(*(machine.place - GOAL)) < 0.25 and abs(pose.speed) < 0.1:
             arrived = now
             break
-        if decision is not None:
+        if decision is not None and not contacts:
             x, y, heading = decision.motions[1][:3]
             turn = (machine.heading - heading + np.pi) % (2.0 * np.pi) - np.pi
             off = np.maximum(off, (np.hypot(*(machine.place - (x, y))), abs(turn)))
@@ -262,8 +264,9 @@ def run(kind: type[Machine], lag: tuple[float, float], seed: int, most: float = 
             for other, at in touched(machine).items():
                 if t - last.get(other, -np.inf) > APART:
                     towards = float((velocity[:3] + np.cross(velocity[3:], at[:3] - center)) @ at[3:])
-                    since = t - turned[int(other[6:])] if other.startswith("person") else np.inf
-                    contacts.append(Contact(other, t, towards, decision.outcome.name, since))
+                    since = t - turned[int(other[6:])] if other[0] == "p" else np.inf
+                    pushed = any(t - at < APART for one, at in last.items() if one != other and one[0] == "p")
+                    contacts.append(Contact(other, t, towards, pushed, decision.outcome.name, since))
                 last[other] = t
     return Run(arrived, contacts, (float(off[0]), float(off[1])), times[2:])
 
@@ -272,15 +275,34 @@ def row(label: str, runs: list[Run]) -> list[Any]:
     """A row of the table."""
     arrived, times = np.array([one.arrived for one in runs]), 1e3 * np.concatenate([one.times for one in runs])
     contacts = [each for one in runs for each in one.contacts]
-    caused = [each for each in contacts if each.towards > MOVES]
+    moving = [each for each in contacts if each.towards > MOVES]
+    caused = [each for each in moving if not each.pushed]
     walls, done = sum(each.other.startswith("wall") for each in caused), np.isfinite(arrived)
     off = np.max([one.off for one in runs], axis=0)
     counts = [int(done.sum()), float(arrived[done].mean()) if done.any() else np.nan, len(caused) - walls, walls]
-    figures = [len(contacts) - len(caused), 1e3 * off[0], off[1], float(np.median(times)), float(times.max())]
+    figures = [
+        len(moving) - len(caused),
+        len(contacts) - len(moving),
+        1e3 * off[0],
+        off[1],
+        float(np.median(times)),
+        float(times.max()),
+    ]
     return [label, len(runs), *counts, *figures]
 
 
-HEADS = ["vehicle", "runs", "arrived", "time s", "caused, people", "caused, walls", "not caused", "off mm", "off rad"]
+HEADS = [
+    "vehicle",
+    "runs",
+    "arrived",
+    "time s",
+    "caused, people",
+    "caused, walls",
+    "pushed",
+    "hit by people",
+    "off mm",
+    "off rad",
+]
 HEADS += ["median ms", "longest ms"]
 
 
