@@ -619,3 +619,22 @@ INVALID = {
 def test_bad_input_gets_one_clear_message(message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
         INVALID[message]()
+
+
+@pytest.mark.parametrize("start", [(6.97, 1.645, 0.02), (6.94, 1.625, 0.24), (6.56, 1.64, 0.0)])
+def test_a_drive_at_an_inner_corner_leaves_it_although_its_path_is_planned_anew(start):
+    drive = DifferentialDrive(0.4, 1.2, 3.0, max_speed=1.0, lag=0.15, delay=0.025)
+    robot = VehicleNavigator(drive, method("nao"), Disc(0.3), horizon=3.0, margin=0.05)
+    lines = [(0, 0), (9, 0), (9, 9)], [(0, 2), (7, 2), (7, 9)]
+    walls = ObstacleTable([Obstacle(Polyline(line), Stationary((0, 0))) for line in lines])
+    pose, decision, step, stalled = Pose(start[:2], start[2]), None, 0, 0.0
+    while pose.position[1] < 3.0 and step < 100:
+        if step % 10 == 0:
+            goal = PathGoal([pose.position, (7.16, 1.84), (7.23, 2.0), (8.0, 8.3)], tolerance=0.2)
+        decision = robot.decide(pose, [walls], goal, now=0.1 * step, previous=decision)
+        # What a decision knows is known now, also where it goes on with an earlier manoeuvre.
+        assert decision.inputs.now == decision.acts_at
+        stalled = max(stalled, decision.stalled)
+        pose, step = drive.drive(pose, decision.command), step + 1
+    assert pose.position[1] >= 3.0
+    assert 3.0 <= stalled < 4.0

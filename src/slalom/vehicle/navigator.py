@@ -270,7 +270,7 @@ class VehicleNavigator(SharedSettings):
         found, best = self._latest(moment, self._proposals(moment, leaves=False), keep)
         target = self._target(moment)
         held: Proposal | None = None
-        if found == np.inf and best.plan is not None and self._stays(moment, best.plan):
+        if self._stays(moment, keep):
             held = self._held(moment, keep, target, np.inf, moves=True)
         if held is None:
             least = np.inf if found < np.inf else self._improvement(moment, best, target)
@@ -418,8 +418,10 @@ class VehicleNavigator(SharedSettings):
         return Proposal(kernels.follow(self.vehicle.wheels, moment.pose.motion, planned), manoeuvre)
 
     def _going_on(self, moment: Moment, previous: VehicleDecision) -> Proposal:
-        """The motion that follows the previous manoeuvre further."""
-        return self._planned(moment, previous.manoeuvre)._replace(plan=previous.plan)
+        """The motion that follows the previous manoeuvre further: its plan, with what is known now."""
+        new = moment.plan
+        plan = replace(previous.plan, inputs=new.inputs, approach=new.approach, progress=new.progress)
+        return self._planned(moment, previous.manoeuvre)._replace(plan=plan)
 
     def _going_on_or_held(self, moment: Moment, keep: Array, target: Array, least: float) -> Proposal | None:
         """The held motion that is clear and costs less than `least` [m], the last one if others are hardly better."""
@@ -558,14 +560,16 @@ class VehicleNavigator(SharedSettings):
         """Depth [m] of an overlap that counts as contact."""
         return CONTACT_SHARE * self._size
 
-    def _stays(self, moment: Moment, plan: Decision) -> bool:
-        """Whether a vehicle makes no progress, and would not among obstacles at rest alone."""
-        if plan.stalled < self.reverse_after or moment.aim is None:
+    def _stays(self, moment: Moment, keep: Array) -> bool:
+        """Whether a vehicle makes no progress, and would not drive among obstacles at rest alone."""
+        if moment.plan.stalled < self.reverse_after or moment.aim is None:
             return False
         lasting = [each for each in moment.window.obstacles if each.at_rest]
         alone = self._navigator.decide(moment.state, lasting, moment.aim, now=moment.now)
         motions = self._following(moment, alone).motions
-        return self.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever
+        if self.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever:
+            return True
+        return self._contact(moment, motions, np.where(moment.bodies.at_rest, keep, -np.inf)) < np.inf
 
     @property
     def _periods(self) -> int:
