@@ -589,10 +589,6 @@ class VehicleNavigator(SharedSettings):
         previous = moment.previous
         if no_way is None and proposal.way is None and previous is not None and moment.goal is not None:
             no_way = previous.no_way if same_goal(previous.goal, moment.goal, moment.now) else None
-        if proposal.plan is not None and proposal.plan is not moment.plan:
-            # It goes on with a plan that was made before: its progress is that of now.
-            now = moment.plan
-            plan = replace(plan, inputs=now.inputs, approach=now.approach, progress=now.progress)
         times = moment.now + self.period * np.arange(len(motions))
         track = np.concatenate([moment.track, np.column_stack([times, motions])])
         known = {**plan.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
