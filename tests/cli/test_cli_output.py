@@ -23,7 +23,7 @@ LONG = {
 }
 """Commands that may take minutes, each as a short example. `ros replay` is tested with rosbags,
 `tests/adapters/test_ros.py`."""
-SHORT = {"list", "decide", "convert", "show", "export-scenario"}
+SHORT = {"list", "decide", "explain", "convert", "show", "export-scenario"}
 """Commands of seconds; a recording of a gigabyte, the largest that is read, takes `convert` longer."""
 OWN_REPORTS = {"compile", "view", "ros"}
 """Commands that print each of their steps, that run until they are stopped, or that have commands of their own."""

@@ -64,7 +64,7 @@ def test_what_slides_along_a_hull_is_told_at_once(gap: float, angle: float) -> N
         course[:, 3] = 1.0
         moving = MovingHull(course, hulls, 0, 0.0, 0.0)
         first = hull_first_below(moving, stack, q, 1e-9)
-        some = hull_below(moving, stack, q)
+        some, _ = hull_below(moving, stack, q)
         # On the very edge rounding decides.
         assert (gap == depth == 0.0) or (first >= 0.0) == met == (some >= 0.0)
 
