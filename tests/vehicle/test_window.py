@@ -67,7 +67,7 @@ def test_a_motion_touches_no_track_before_it_rests(vehicle: DifferentialDrive | 
 
 
 def test_a_drive_never_moves_into_a_person_that_walks_at_it() -> None:
-    """Whoever walks at it along its way meets it at rest, or while it moves away or past."""
+    """A person that walks at it along its way meets it at rest, or while it moves away or past."""
     robot = VehicleNavigator(DRIVE, method("nao"), Disc(BODY), horizon=3.0)
     for seed in range(4):
         rng = np.random.default_rng(seed)
@@ -85,7 +85,7 @@ def test_a_drive_never_moves_into_a_person_that_walks_at_it() -> None:
 
 
 def test_contacts_at_rest_count_where_the_navigator_says_so() -> None:
-    """A person who will walk into a vehicle that stands by a wall: by default it may stay, otherwise that is unsafe."""
+    """A person will walk into a vehicle that stands by a wall: by default it may stay, otherwise that is unsafe."""
     tracks = Tracks([(3.0, 0.36)], [(-1.0, 0.0)], PERSON)
     pose, goal = Pose((0.36, 0.36), 0.0), Goal(Stationary((0.36, 0.36)), 0.2)
     corner = ObstacleTable(
@@ -127,7 +127,7 @@ def test_a_drive_arrives_in_a_hall_of_people(seed: int) -> None:
 
 
 def test_a_long_body_passes_a_gap_among_people_at_rest() -> None:
-    """People who stand leave 10 cm on each side of a body that only fits along its heading."""
+    """People at rest leave 10 cm on each side of a body that only fits along its heading."""
     robot = VehicleNavigator(DRIVE, method("nao"), Rectangle(0.9, 0.5), horizon=3.0, margin=0.02)
     tracks = Tracks([(3.0, 4.65), (3.0, 3.35)], np.zeros((2, 2)), PERSON)
     pose, decision, goal = Pose((1.0, 4.0), 0.0), None, PathGoal([(1.0, 4.0), (6.0, 4.0)], tolerance=0.2)
