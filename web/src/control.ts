@@ -12,8 +12,8 @@ const STEPS = 250;
 const FOOT = 40;
 /** [pixel] Left and right of the square: axis and colour bar, in a panel narrower than NARROW without their names. */
 const SIDES: [number, number] = [48, 62];
-const NARROW_SIDES: [number, number] = [30, 36];
-const NARROW = 420;
+const NARROW_SIDES: [number, number] = [30, 46];
+export const NARROW = 420;
 /** [1] An admissible set smaller than this share of the panel is also shown enlarged, in a corner. */
 const SMALL = 0.2;
 /** [1] Side of that picture, as a share of the panel. */
@@ -32,11 +32,17 @@ export function controlView(control: Control, panel: Panel): Viewport {
   const { height, zoom } = panel;
   const plane = control.planes[panel.plane]!;
   const beside = projectionsWidth(control, panel);
-  const width = panel.width - (beside ? beside + 10 : 0);
-  const [before, after] = panel.width < NARROW ? NARROW_SIDES : SIDES;
+  const view = square(panel.width - (beside ? beside + 10 : 0), height, plane.half, panel.width >= NARROW);
+  view.scale *= zoom;
+  return view;
+}
+
+/** The viewport of a square of controls about 0, with room for axes and bar, and for their names if `named`. */
+export function square(width: number, height: number, half: number, named: boolean): Viewport {
+  const [before, after] = named ? SIDES : NARROW_SIDES;
   const side = Math.max(40, Math.min(width - before - after, height - FOOT - 12));
   const left = before + (width - before - after - side) / 2;
-  return new Viewport(0, 0, (side / (2 * plane.half)) * zoom, side, side, left, 8);
+  return new Viewport(0, 0, side / (2 * half), side, side, left, 8);
 }
 
 export function drawControl(g: Context, model: Model, control: Control, panel: Panel): void {
@@ -62,8 +68,9 @@ export function drawControl(g: Context, model: Model, control: Control, panel: P
   g.restore();
   if (inset) drawEnlarged(g, model, control, panel, plane, view, inset);
   const named = panel.width >= NARROW;
-  drawAxes(g, control, plane, view, theme, named);
-  drawBar(g, control, view, theme, named);
+  const { letter, unit } = control.quantity;
+  drawAxes(g, plane.axes.map((axis) => letter + "xyz"[axis]), unit, view, theme, named);
+  drawBar(g, control.horizon, view, theme, named);
   drawProjections(g, control, panel);
 }
 
@@ -238,39 +245,41 @@ function controlMarks(model: Model, control: Control, plane: PlaneInfo): Mark[] 
 }
 
 function drawMarks(g: Context, marks: Mark[], view: Viewport, theme: Theme): void {
-  const inset = 9;
-  for (const { point, hollow } of marks) {
-    const [px, py] = [view.px(point[0]), view.py(point[1])];
-    const x = Math.min(view.left + view.width - inset, Math.max(view.left + inset, px));
-    const y = Math.min(view.top + view.height - inset, Math.max(view.top + inset, py));
-    const outside = Math.abs(x - px) + Math.abs(y - py) > 0.5;
-    g.beginPath();
-    if (outside) {
-      g.moveTo(x, y - 7);
-      g.lineTo(x + 7, y);
-      g.lineTo(x, y + 7);
-      g.lineTo(x - 7, y);
-      g.closePath();
-    } else g.arc(x, y, hollow ? 6.5 : 5.5, 0, 2 * Math.PI);
-    g.strokeStyle = theme.halo;
-    g.lineWidth = 6;
-    g.stroke();
-    g.fillStyle = hollow ? theme.paper : theme.robot;
-    g.fill();
-    g.strokeStyle = hollow ? theme.robot : theme.paper;
-    g.lineWidth = hollow ? 2.6 : 1.2;
-    g.stroke();
-  }
+  for (const { point, hollow } of marks) drawMark(g, point, hollow, view, theme);
 }
 
-function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport, theme: Theme, named: boolean): void {
+/** A control as a disc or ring; a diamond at the border where it is outside the picture. */
+export function drawMark(g: Context, point: [number, number], hollow: boolean, view: Viewport, theme: Theme): void {
+  const inset = 9;
+  const [px, py] = [view.px(point[0]), view.py(point[1])];
+  const x = Math.min(view.left + view.width - inset, Math.max(view.left + inset, px));
+  const y = Math.min(view.top + view.height - inset, Math.max(view.top + inset, py));
+  const outside = Math.abs(x - px) + Math.abs(y - py) > 0.5;
+  g.beginPath();
+  if (outside) {
+    g.moveTo(x, y - 7);
+    g.lineTo(x + 7, y);
+    g.lineTo(x, y + 7);
+    g.lineTo(x - 7, y);
+    g.closePath();
+  } else g.arc(x, y, hollow ? 6.5 : 5.5, 0, 2 * Math.PI);
+  g.strokeStyle = theme.halo;
+  g.lineWidth = 6;
+  g.stroke();
+  g.fillStyle = hollow ? theme.paper : theme.robot;
+  g.fill();
+  g.strokeStyle = hollow ? theme.robot : theme.paper;
+  g.lineWidth = hollow ? 2.6 : 1.2;
+  g.stroke();
+}
+
+/** Frame and axes of a control space, and the names of its axes: both below a narrow one. */
+export function drawAxes(g: Context, names: string[], unit: string, view: Viewport, theme: Theme, named: boolean): void {
   const half = view.width / 2 / view.scale;
   g.strokeStyle = theme.ink;
   g.lineWidth = 1;
   g.strokeRect(view.left + 0.5, view.top + 0.5, view.width, view.height);
   const base = view.top + view.height;
-  const letters = ["x", "y", "z"];
-  const { letter, unit } = control.quantity;
   for (const value of ticks(-half, half, view.width / 70)) {
     const [x, y] = [view.px(value), view.py(value)];
     g.beginPath();
@@ -282,7 +291,7 @@ function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport
     text(g, theme, number(value), x, base + 6, { align: "center", baseline: "top", size: 11, plain: true });
     text(g, theme, number(value), view.left - 7, y, { align: "right", baseline: "middle", size: 11, plain: true });
   }
-  const name = (...of: number[]): string => `${of.map((k) => letter + letters[plane.axes[k]!]).join(", ")} [${unit}]`;
+  const name = (...of: number[]): string => `${of.map((k) => names[k]).join(", ")} [${unit}]`;
   const across = named ? name(0) : name(0, 1);
   text(g, theme, across, view.left + view.width / 2, base + 22, { align: "center", baseline: "top" });
   if (!named) return;
@@ -293,7 +302,8 @@ function drawAxes(g: Context, control: Control, plane: PlaneInfo, view: Viewport
   g.restore();
 }
 
-function drawBar(g: Context, control: Control, view: Viewport, theme: Theme, named: boolean): void {
+/** The colours of times to collision. */
+export function drawBar(g: Context, horizon: number, view: Viewport, theme: Theme, named: boolean): void {
   const [x, width] = [view.left + view.width + 10, 12];
   for (let row = 0; row < view.height; row++) {
     g.fillStyle = css(viridis(1 - row / view.height, theme));
@@ -302,8 +312,8 @@ function drawBar(g: Context, control: Control, view: Viewport, theme: Theme, nam
   g.strokeStyle = theme.ink;
   g.lineWidth = 1;
   g.strokeRect(x + 0.5, view.top + 0.5, width, view.height);
-  for (const value of ticks(0, control.horizon, 6)) {
-    const y = view.top + view.height * (1 - value / control.horizon);
+  for (const value of ticks(0, horizon, 6)) {
+    const y = view.top + view.height * (1 - value / horizon);
     text(g, theme, number(value), x + width + 4, y, { baseline: "middle", size: 11, plain: true });
   }
   if (!named) return;

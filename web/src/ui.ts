@@ -13,15 +13,15 @@ export function el<K extends keyof HTMLElementTagNameMap>(
   return found;
 }
 
-function button(name: string, label: string, title: string): HTMLButtonElement {
+export function button(name: string, label: string, title: string): HTMLButtonElement {
   return el("button", { type: "button", "data-name": name, title, "aria-label": title }, label);
 }
 
-function field(words: string, input: HTMLElement, name: string): HTMLLabelElement {
+export function field(words: string, input: HTMLElement, name: string): HTMLLabelElement {
   return el("label", { class: "field", "data-field": name }, el("span", {}, words), input);
 }
 
-function panel(name: string): { section: HTMLElement; title: HTMLElement; canvas: HTMLCanvasElement; legend: HTMLElement } {
+export function panel(name: string): { section: HTMLElement; title: HTMLElement; canvas: HTMLCanvasElement; legend: HTMLElement } {
   const title = el("h2", {});
   const canvas = el("canvas", { tabindex: "0", "data-panel": name, role: "img" });
   const legend = el("div", { class: "legend" });

@@ -36,7 +36,7 @@ export function drawWorkspace(g: Context, model: Model, look: Look): void {
   drawScale(g, look);
 }
 
-function drawGrid(g: Context, { theme, view, width, height }: Look): void {
+export function drawGrid(g: Context, { theme, view, width, height }: Look): void {
   const [x0, y1] = view.inverse(0, 0);
   const [x1, y0] = view.inverse(width, height);
   g.strokeStyle = theme.grid;
@@ -53,7 +53,7 @@ function drawGrid(g: Context, { theme, view, width, height }: Look): void {
   g.stroke();
 }
 
-function drawScale(g: Context, { theme, view, height }: Look): void {
+export function drawScale(g: Context, { theme, view, height }: Look): void {
   const step = round(60 / view.scale);
   const size = step * view.scale;
   const [left, base] = [14, height - 14];
