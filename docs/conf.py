@@ -4,6 +4,7 @@ import logging
 import re
 import sys
 from pathlib import Path
+from shutil import copyfile
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -94,6 +95,13 @@ def picture(name: str) -> tuple[str, str]:
     return f"figures/{target}" if target else "", sentence
 
 
+def copy_players(app: Any, error: Exception | None) -> None:
+    """Copy the players of the gallery into the site, which has other pictures only."""
+    if error is None and app.builder.format == "html":
+        for path in GENERATED.glob("figures/gallery_*.html"):
+            copyfile(path, Path(app.outdir) / "generated/figures" / path.name)
+
+
 def prepare(app: Any, docname: str, source: list[str]) -> None:
     """Run the blocks of tutorials, and lead links to where the site has their targets."""
     up = "../" * docname.count("/")
@@ -142,5 +150,6 @@ def setup(app: Any) -> None:
     """Connect the steps above to the build."""
     app.connect("builder-inited", generate)
     app.connect("source-read", prepare)
+    app.connect("build-finished", copy_players)
     app.connect("autodoc-process-signature", shorten)
     app.connect("autodoc-process-docstring", escape, priority=400)

@@ -1,4 +1,4 @@
-"""The gallery of scenarios for the documentation site: every scenario, run and drawn while the site is built."""
+"""The gallery of scenarios for the documentation site: each is run, drawn and exported while the site is built."""
 
 import hashlib
 from collections.abc import Callable, Mapping
@@ -9,6 +9,7 @@ from site_units import meaning_of
 
 import slalom
 from slalom.base.errors import InvalidInput
+from slalom.live.recorded import export
 from slalom.peers import contender
 from slalom.sim import gallery, simulate
 from slalom.sim.gallery import GALLERY
@@ -21,6 +22,12 @@ SHORTER: Final[Mapping[str, float]] = {"navground_cross_torus": 30.0, "navground
 """[s] Duration of scenarios without an end."""
 RESOLUTION: Final = 110.0
 """[dots per inch] of the pictures."""
+INTERVAL: Final = 1.0
+"""[s] between two control spaces of a player. Smaller: larger files; 1 s makes 50 to 300 kB a run."""
+PLAYER: Final = """<details class="player"><summary>Play this run</summary>
+<iframe src="{address}" loading="lazy" title="A player of {name}"></iframe>
+<p><a href="{address}">In a window of its own</a></p></details>"""
+"""The player of a run in the page. It is loaded when it is opened."""
 
 
 def page(picture: Callable[[str], tuple[str, str]]) -> str:
@@ -33,7 +40,8 @@ def page(picture: Callable[[str], tuple[str, str]]) -> str:
         "# Gallery of scenarios",
         f"This page shows every scenario of the gallery, run with `{METHOD}` and seed 0. The pictures are made while "
         "the site is built. With one robot they show the decision before the closest approach, with several the tracks "
-        "of all.",
+        "of all. A player shows a run with the control spaces of its first robot, one for each second; "
+        "[the view](../view.md) describes it.",
     ]
     for name, entry in GALLERY.items():
         address, sentence = picture(name)
@@ -42,14 +50,16 @@ def page(picture: Callable[[str], tuple[str, str]]) -> str:
         lines += [f"## {name}", f"{entry.sentence} {sentence}"]
         lines += ["Parameters, with their defaults:", "\n".join(parameters)] if parameters else []
         lines += [f"```console\n$ {command}\n```"]
-        lines += [f"![A run of {name}]({address})"] if address else []
+        if address:
+            player = str(Path(address).with_suffix(".html"))
+            lines += [f"![A run of {name}]({address})", PLAYER.format(address=player, name=name)]
     return "\n\n".join(lines) + "\n"
 
 
 def drawn(name: str, folder: Path) -> tuple[str, str]:
-    """Return the name of the picture of a scenario in a folder, and a sentence on the run.
+    """Return the name of the picture of a scenario in a folder, and a sentence on the run; write its player beside it.
 
-    Both are made again only after a change of the code. The name is "" where the scenario cannot be built.
+    All are made again only after a change of the code. The name is "" where the scenario cannot be built.
     """
     target, text = folder / f"gallery_{name}.png", folder / f"gallery_{name}.txt"
     digest = _digest()
@@ -63,6 +73,7 @@ def drawn(name: str, folder: Path) -> tuple[str, str]:
     recording = simulate(scenario, contender(METHOD))
     folder.mkdir(parents=True, exist_ok=True)
     slalom.view.save(replay(recording, scenario, METHOD), target, resolution=RESOLUTION)
+    export(recording, target.with_suffix(".html"), interval=INTERVAL)
     sentence = _sentence(summary(recording))
     text.write_text(f"{digest}\n{sentence}")
     return target.name, sentence
@@ -81,6 +92,7 @@ def _settings(name: str) -> list[str]:
 
 def _digest() -> str:
     found = hashlib.sha256(SOURCES.encode())
-    for path in (Path(__file__), *sorted((Path(slalom.__file__).parent / "view").glob("*.py"))):
+    package = Path(slalom.__file__).parent
+    for path in (Path(__file__), package / "live/renderer/view.js", *sorted((package / "view").glob("*.py"))):
         found.update(path.read_bytes())
     return found.hexdigest()

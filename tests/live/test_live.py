@@ -264,6 +264,7 @@ def test_the_bundle_is_that_of_the_sources(tmp_path: Path) -> None:
     node = shutil.which("node")
     if node is None or not (WEB / "node_modules").is_dir():
         pytest.skip("Node or web/node_modules is not installed (`npm ci` in web/): the bundle is not built again")
-    subprocess.run([node, "build.mjs", str(tmp_path / "view.js")], cwd=WEB, check=True)
+    subprocess.run([node, "build.mjs", str(tmp_path)], cwd=WEB, check=True)
     assert (tmp_path / "view.js").read_text() == renderer()
+    assert (tmp_path / "explorer.html").read_text() == (WEB.parent / "docs/_static/explorer.html").read_text()
     subprocess.run([node, "node_modules/typescript/bin/tsc", "--noEmit"], cwd=WEB, check=True)

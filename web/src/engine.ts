@@ -325,25 +325,33 @@ function bent(a: Element, m: Element, b: Element, { center, radius }: Window, to
 /** Points x, y, x, y ... of a closed curve. */
 export type Curve = number[];
 
-function arc(curve: Curve, { x, y, radius, heading }: Element, from: number, to: number, tolerance: number): void {
-  const step = 2 * Math.acos(1 - Math.min(tolerance / radius, 0.1));
-  const count = Math.ceil(Math.abs(to - from) / step);
-  for (let k = 1; k < count; k++) {
-    const angle = heading + from + ((to - from) * k) / count;
-    curve.push(x + radius * Math.cos(angle), y + radius * Math.sin(angle));
+/** [rad] Longest chord of an arc outside of the window. Longer: arcs that surround the window lose their shape. */
+const COARSE = 0.3;
+
+/** Appends an arc between two angles from the heading of an element, without its ends, clockwise. */
+function arc(curve: Curve, { x, y, radius, heading }: Element, from: number, to: number, { center, radius: reach }: Window, tolerance: number): void {
+  const fine = 2 * Math.acos(1 - Math.min(tolerance / radius, 0.1));
+  let angle = from;
+  for (;;) {
+    // The arc may come nearer to the window by its length: half of the distance at most.
+    const [px, py] = [x + radius * Math.cos(heading + angle), y + radius * Math.sin(heading + angle)];
+    const outside = Math.hypot(px - center[0], py - center[1]) - reach;
+    angle -= Math.max(fine, Math.min(COARSE, outside / (2 * radius)));
+    if (angle <= to) return;
+    curve.push(x + radius * Math.cos(heading + angle), y + radius * Math.sin(heading + angle));
   }
 }
 
 /** The union of the elements of consecutive spans: both branches, the front of the last and the back of the first.
  *  Without `back` a chord replaces the back, in the first element, which another curve is to hold. */
-function closed(spans: Span[], tolerance: number, back: boolean): Curve {
+function closed(spans: Span[], window: Window, tolerance: number, back: boolean): Curve {
   const [first, last] = [spans[0]!.a, spans[spans.length - 1]!.b];
   const curve: Curve = [first.left[0], first.left[1]];
   for (const { b } of spans) curve.push(b.left[0], b.left[1]);
-  arc(curve, last, last.opening, -last.opening, tolerance);
+  arc(curve, last, last.opening, -last.opening, window, tolerance);
   for (let k = spans.length - 1; k >= 0; k--) curve.push(spans[k]!.b.right[0], spans[k]!.b.right[1]);
   curve.push(first.right[0], first.right[1]);
-  if (back) arc(curve, first, -first.opening, first.opening - 2 * Math.PI, tolerance);
+  if (back) arc(curve, first, -first.opening, first.opening - 2 * Math.PI, window, tolerance);
   return curve;
 }
 
@@ -384,10 +392,10 @@ export function controlObstacle(decision: Decision, method: Method, window: Wind
     const spans = motion.spans(window, tolerance);
     let end = NaN;
     for (const run of runs(spans, (a, b) => a.band !== b.band)) {
-      bands[run[0]!.band]!.push(closed(run, tolerance, run[0]!.a.t !== end));
+      bands[run[0]!.band]!.push(closed(run, window, tolerance, run[0]!.a.t !== end));
       end = run[run.length - 1]!.b.t;
     }
-    return runs(spans, () => false).map((run) => closed(run, tolerance, true));
+    return runs(spans, () => false).map((run) => closed(run, window, tolerance, true));
   });
   return { method, quantity, motions, curves, bands };
 }

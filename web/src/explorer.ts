@@ -1,6 +1,17 @@
 // The page of the documentation: scenes of the paper that the reader changes, without a server.
 
-import { blockedShare, contacts, controlObstacle, METHODS, type ControlObstacle, type Method, type Vector } from "./engine.ts";
+import {
+  admissible,
+  area,
+  blockedShare,
+  contacts,
+  controlObstacle,
+  METHODS,
+  type ControlObstacle,
+  type Decision,
+  type Method,
+  type Vector,
+} from "./engine.ts";
 import { controlSquare, drawControlSpace, drawScene, first, UNITS, type Picture } from "./explorer_draw.ts";
 import { Grasp } from "./explorer_drag.ts";
 import { copied, decision, half, hasVelocity, IDEAS, read, written, type Scene } from "./explorer_scene.ts";
@@ -64,7 +75,7 @@ export class Explorer {
   readonly controls = [panel("control"), panel("control")] as const;
   readonly hover = el("div", { class: "hover" });
   view = new Viewport(0, 0, 1, 1, 1);
-  private readonly grasp: Grasp;
+  readonly grasp: Grasp;
   private readonly why = el("p", { class: "why", role: "status", "aria-live": "polite" });
   private readonly note = el("p", { class: "note", role: "alert" });
   private readonly tabs = el("nav", { "aria-label": "ideas" });
@@ -360,6 +371,17 @@ export class Explorer {
     });
     const times = found.map((one) => contacts(one, scene.controls[one.quantity]));
     return { scene, decision: known, found, times, ahead, selected, theme };
+  }
+
+  /** What the page computes of a decision, for tests: areas within a disc of controls, admissible set, first contacts. */
+  measure(given: Decision & { method: Method }, controls: Vector[], radius: number) {
+    const found = controlObstacle(given, given.method, { center: [0, 0], radius: radius * Math.SQRT2 }, radius * TOLERANCE);
+    return {
+      area: area(found.curves.flat(), [{ center: [0, 0], radius }]),
+      share: blockedShare(given, found),
+      balls: admissible(given, found.quantity),
+      times: controls.map((u) => Math.min(...contacts(found, u))).map((t) => (t < Infinity ? t : null)),
+    };
   }
 
   private frame(now: number): void {

@@ -28,7 +28,7 @@ function limited([x, y]: Vector, most: number): Vector {
 export class Grasp {
   /** What the pointer drags, and the handle of the keyboard. */
   private active: Handle | null = null;
-  private held: Handle | null = null;
+  held: Handle | null = null;
   private offset: Vector = [0, 0];
 
   constructor(private readonly app: Explorer) {

@@ -60,11 +60,17 @@ export function controlSquare(scene: Scene, quantity: Quantity, width: number, h
   return square(width, height, half(scene, quantity), width >= NARROW);
 }
 
+/** [pixel] Points of a curve that are nearer to the last drawn one are left out. Larger: curves have corners. */
+const CLOSE = 0.8;
+
 function trace(g: Context, view: Viewport, curves: Curve[]): void {
   g.beginPath();
   for (const curve of curves) {
+    let [x, y] = [NaN, NaN];
     for (let k = 0; k < curve.length; k += 2) {
-      const [x, y] = [view.px(curve[k]!), view.py(curve[k + 1]!)];
+      const [px, py] = [view.px(curve[k]!), view.py(curve[k + 1]!)];
+      if (Math.abs(px - x) + Math.abs(py - y) < CLOSE) continue;
+      [x, y] = [px, py];
       if (k) g.lineTo(x, y);
       else g.moveTo(x, y);
     }
@@ -85,6 +91,7 @@ export function drawControlSpace(g: Context, picture: Picture, slot: number, wid
   g.clip();
   // The colours cover the inner half of this line, and all of it that is within the union.
   trace(g, view, found.curves.flat());
+  g.lineJoin = "bevel";
   stroke(g, theme.blocked, 2.4);
   for (let band = BANDS - 1; band >= 0; band--) {
     trace(g, view, found.bands[band]!);
@@ -197,29 +204,35 @@ function drawRoad(g: Context, { road }: Scene, view: Viewport, theme: Theme): vo
   }
 }
 
-function sampled(one: Body, horizon: number, count = 49): { t: number; at: Vector }[] {
+/** [1] Parts of a path, one colour each. */
+const PARTS = 32;
+
+/** Positions of a body at even times of the horizon, while it exists. */
+function sampled(one: Body, horizon: number): Vector[] {
   const [from, to] = [Math.max(0, one.from), Math.min(horizon, one.to)];
-  return Array.from({ length: count }, (_, k) => from + ((to - from) * k) / (count - 1)).map((t) => ({ t, at: position(one, t) }));
+  return Array.from({ length: PARTS + 1 }, (_, k) => position(one, from + ((to - from) * k) / PARTS));
 }
 
 /** Paths of the obstacles, coloured by time; dashed what a method extrapolates, where it differs. */
 function drawPaths(g: Context, { scene, decision, times, theme }: Picture, view: Viewport): void {
   const few = scene.obstacles.length <= FEW;
-  decision.bodies.forEach((one, index) => {
-    const path = sampled(one, scene.horizon);
-    const shown = few || times.some((each) => first(each) === index);
+  const firsts = times.map(first);
+  for (const shown of [false, true]) {
+    const paths = decision.bodies.filter((_, index) => (few || firsts.includes(index)) === shown).map((one) => sampled(one, scene.horizon));
     g.lineWidth = shown ? 2.2 : 1.2;
-    for (let k = 0; k + 1 < path.length; k++) {
-      g.strokeStyle = css(viridis(path[k]!.t / scene.horizon, theme), shown ? 0.95 : 0.4);
-      polyline(g, view, [path[k]!.at, path[k + 1]!.at]);
+    for (let k = 0; k < PARTS && paths.length; k++) {
+      g.strokeStyle = css(viridis(k / PARTS, theme), shown ? 0.95 : 0.4);
+      polyline(g, view, paths.flatMap((path) => [[NaN], path[k]!, path[k + 1]!]));
       g.stroke();
     }
+  }
+  decision.bodies.forEach((one, index) => {
     scene.methods.forEach((method, slot) => {
       const predicted = METHODS[method].predict(one);
-      if (!predicted || !(few || first(times[slot]!) === index)) return;
+      if (!predicted || !(few || firsts[slot] === index)) return;
       const [a, b] = [position(one, scene.horizon), position(predicted, scene.horizon)];
       if (Math.hypot(a[0] - b[0], a[1] - b[1]) < 1e-6) return;
-      polyline(g, view, sampled(predicted, scene.horizon).map(({ at }) => at));
+      polyline(g, view, sampled(predicted, scene.horizon));
       stroke(g, theme.faint, 1.3, [3, 4]);
     });
   });

@@ -149,7 +149,7 @@ export const IDEAS: Record<string, Scene> = {
     maxSpeed: 30,
     maxAcceleration: 4,
     low: [-30, -24],
-    high: [36, 24],
+    high: [30, 24],
   },
 };
 
