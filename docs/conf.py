@@ -98,8 +98,10 @@ def picture(name: str) -> tuple[str, str]:
 def copy_players(app: Any, error: Exception | None) -> None:
     """Copy the players of the gallery into the site, which has other pictures only."""
     if error is None and app.builder.format == "html":
+        folder = Path(app.outdir) / "generated/figures"
+        folder.mkdir(exist_ok=True)
         for path in GENERATED.glob("figures/gallery_*.html"):
-            copyfile(path, Path(app.outdir) / "generated/figures" / path.name)
+            copyfile(path, folder / path.name)
 
 
 def prepare(app: Any, docname: str, source: list[str]) -> None:

@@ -60,9 +60,7 @@ def trajectory(body: dict[str, Any]) -> Any:
     if body["rate"]:
         speed, sense = np.hypot(*velocity), np.sign(body["rate"])
         center = place + sense * np.array([-velocity[1], velocity[0]]) / abs(body["rate"])
-        return slalom.Circular(
-            center, speed / abs(body["rate"]), sense * speed, np.arctan2(*(place - center)[::-1])
-        )
+        return slalom.Circular(center, speed / abs(body["rate"]), sense * speed, np.arctan2(*(place - center)[::-1]))
     if end < 1e9:
         there = place + begin * velocity + 0.5 * begin**2 * acceleration
         pieces = [[there, velocity + begin * acceleration, 0.5 * acceleration]]
@@ -84,9 +82,7 @@ def blocked(scene: dict[str, Any]) -> tuple[slalom.ControlObstacle, slalom.Respo
         response = slalom.Acceleration() if hold is None else slalom.AccelerateThenCoast(hold)
     me = slalom.State((0.0, 0.0), scene["robot"]["velocity"])
     robot = slalom.Disc(scene["robot"]["radius"])
-    found = slalom.control_obstacle(
-        response, me, obstacles, robot, horizon=scene["horizon"], margin=scene["margin"]
-    )
+    found = slalom.control_obstacle(response, me, obstacles, robot, horizon=scene["horizon"], margin=scene["margin"])
     return found, response
 
 
