@@ -280,7 +280,7 @@ export function drawAxes(g: Context, names: string[], unit: string, view: Viewpo
   g.lineWidth = 1;
   g.strokeRect(view.left + 0.5, view.top + 0.5, view.width, view.height);
   const base = view.top + view.height;
-  for (const value of ticks(-half, half, view.width / 70)) {
+  for (const value of ticks(-half, half, view.width / 55)) {
     const [x, y] = [view.px(value), view.py(value)];
     g.beginPath();
     g.moveTo(x, base);

@@ -27,10 +27,10 @@ const TOLERANCE = 1 / 6000;
 const REST = 300;
 
 const WORDS: Record<Method, string> = {
-  VO: "velocities; obstacles keep their velocity",
-  NLVO: "velocities; obstacles on known paths",
-  AO: "accelerations; obstacles keep their acceleration",
-  NAO: "accelerations; obstacles on known paths",
+  VO: "obstacles keep their velocity",
+  NLVO: "obstacles on known paths",
+  AO: "obstacles keep their acceleration",
+  NAO: "obstacles on known paths",
 };
 const HOLDS: [string, string][] = [
   ["horizon", "to the horizon"],
@@ -96,7 +96,7 @@ export class Explorer {
   constructor(readonly root: HTMLElement) {
     const ideas = [...root.querySelectorAll<HTMLElement>("section.idea")];
     for (const idea of ideas)
-      this.tabs.append(el("a", { href: `#${idea.id}` }, idea.querySelector("h1")!.dataset["short"] ?? ""));
+      this.tabs.append(el("a", { href: `#${idea.id}&` }, idea.querySelector("h1")!.dataset["short"] ?? ""));
     this.workspace.canvas.after(this.hover);
     this.controls.forEach(({ title }, slot) => title.append(this.lists[slot]!, el("small", {})));
     for (const [slot, list] of this.lists.entries()) {
@@ -194,7 +194,7 @@ export class Explorer {
     this.look(0);
     for (const idea of this.root.querySelectorAll<HTMLElement>("section.idea")) idea.hidden = idea.id !== scene.idea;
     for (const tab of this.tabs.querySelectorAll("a")) {
-      if (tab.hash === `#${scene.idea}`) tab.setAttribute("aria-current", "page");
+      if (tab.hash === `#${scene.idea}&`) tab.setAttribute("aria-current", "page");
       else tab.removeAttribute("aria-current");
     }
     this.arrange();

@@ -293,7 +293,8 @@ export function read(hash: string): Scene {
   const usual = IDEAS[idea || "vo"];
   if (!usual) throw new Error(`expected one of ${Object.keys(IDEAS).join(", ")}, found ${idea}`);
   const scene = copied(usual);
-  for (const part of parts) {
+  // #ao& names no part of the page, to which browsers scroll, also from a page around it.
+  for (const part of parts.filter(Boolean)) {
     const [name, text] = [part.slice(0, part.indexOf("=")), decodeURIComponent(part.slice(part.indexOf("=") + 1))];
     if (name === "methods") {
       scene.methods = text.split(",") as Method[];
