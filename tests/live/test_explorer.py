@@ -165,6 +165,40 @@ def test_every_idea_has_a_scene_that_its_address_holds(page: Any, idea: str) -> 
     assert again == scene
 
 
+COLOURED = """(controls) => {
+  const app = document.getElementById('slalom').slalom;
+  const shown = app.picture();
+  return shown.found.map((found, slot) => {
+    const view = app.controlView(slot), canvas = app.controls[slot].canvas, g = canvas.getContext('2d');
+    const first = (u) => Math.min(...found.motions.map((motion) => motion?.contact(u) ?? Infinity));
+    const near = [-3, 0, 3].flatMap((x) => [-3, 0, 3].map((y) => [x / view.scale, y / view.scale]));
+    return controls.map(([x, y]) => {
+      const u = [x * view.width / 2 / view.scale, y * view.width / 2 / view.scale];
+      const pixel = [...g.getImageData(Math.round(view.px(u[0])), Math.round(view.py(u[1])), 1, 1).data];
+      return [near.map(([dx, dy]) => first([u[0] + dx, u[1] + dy]) < Infinity), Math.min(...pixel) < 240];
+    });
+  });
+}"""
+
+
+@in_browser
+@pytest.mark.parametrize("idea", IDEAS)
+def test_what_collides_is_coloured(page: Any, idea: str) -> None:
+    """At controls that are 3 pixels or more from a border, of an obstacle or of what is drawn over it."""
+    show(page, idea)
+    controls = np.random.default_rng(7).uniform(-0.98, 0.98, (500, 2))
+    before = page.evaluate(COLOURED, controls.tolist())
+    assert len(before) == len(IDEAS[idea])
+    for panel in before:
+        collides = np.array([near for near, _ in panel])
+        clear = (collides == collides[:, :1]).all(axis=1)
+        differs = clear & (collides[:, 0] != np.array([coloured for _, coloured in panel]))
+        # Marks and the line of the admissible set cover a few percent of the picture.
+        assert collides[clear, 0].sum() > 15
+        assert (~collides[clear, 0]).sum() > 50
+        assert differs.sum() <= 0.03 * clear.sum()
+
+
 @in_browser
 def test_a_wrong_address_is_refused_with_a_reason(page: Any) -> None:
     refused = {

@@ -329,7 +329,8 @@ export type Curve = number[];
 const COARSE = 0.3;
 
 /** Appends an arc between two angles from the heading of an element, without its ends, clockwise. */
-function arc(curve: Curve, { x, y, radius, heading }: Element, from: number, to: number, { center, radius: reach }: Window, tolerance: number): void {
+function arc(curve: Curve, element: Element, from: number, to: number, window: Window, tolerance: number): void {
+  const [{ x, y, radius, heading }, { center, radius: reach }] = [element, window];
   const fine = 2 * Math.acos(1 - Math.min(tolerance / radius, 0.1));
   let angle = from;
   for (;;) {

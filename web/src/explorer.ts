@@ -14,7 +14,7 @@ import {
 } from "./engine.ts";
 import { controlSquare, drawControlSpace, drawScene, first, UNITS, type Picture } from "./explorer_draw.ts";
 import { Grasp } from "./explorer_drag.ts";
-import { copied, decision, half, hasVelocity, IDEAS, read, written, type Scene } from "./explorer_scene.ts";
+import { copied, decision, half, IDEAS, read, written, type Scene } from "./explorer_scene.ts";
 import css from "./explorer.css";
 import { Viewport } from "./geometry.ts";
 import viewCss from "./style.css";
@@ -232,7 +232,7 @@ export class Explorer {
       this.hold.append(new Option(`for ${value} s, then coasts`, value));
     this.hold.value = value;
     const accelerates = scene.methods.some((method) => METHODS[method].quantity === "acceleration");
-    this.hold.closest<HTMLElement>(".field")!.hidden = this.fields.maxAcceleration.closest<HTMLElement>(".field")!.hidden = !accelerates;
+    for (const one of [this.hold, this.fields.maxAcceleration]) one.closest<HTMLElement>(".field")!.hidden = !accelerates;
     for (const [name, one] of Object.entries(this.fields) as [Field, HTMLInputElement][]) one.value = String(scene[name]);
     this.slider.max = String(scene.horizon);
   }
@@ -353,10 +353,13 @@ export class Explorer {
         const overlapped = found.motions.findIndex((motion) => motion?.overlaps);
         if (overlapped >= 0) return `${method}: the robot overlaps ${this.name(overlapped)}: every ${quantity} collides.`;
         const index = first(picture.times[slot]!);
-        const ends = index < 0 ? `collides with nothing within ${scene.horizon} s` : `collides with ${this.name(index)} after ${picture.times[slot]![index]!.toFixed(1)} s`;
+        const contact = index < 0 ? "" : `${this.name(index)} after ${picture.times[slot]![index]!.toFixed(1)} s`;
         const share = blockedShare(picture.decision, found);
-        const all = Number.isNaN(share) ? `No ${quantity} obeys the limits.` : `${(100 * share).toFixed(1)} % of the admissible ${many} collide.`;
-        return `${method}: the ${quantity} (${words}) ${unit} ${ends}. ${all}`;
+        const all = `${(100 * share).toFixed(1)} % of the admissible ${many} collide.`;
+        return (
+          `${method}: the ${quantity} (${words}) ${unit} collides with ${contact || `nothing within ${scene.horizon} s`}. ` +
+          (Number.isNaN(share) ? `No ${quantity} obeys the limits.` : all)
+        );
       })
       .join("\n");
   }
@@ -435,10 +438,6 @@ export class Explorer {
   controlView(slot: number): Viewport {
     const { clientWidth, clientHeight } = this.controls[slot]!.canvas;
     return controlSquare(this.scene, METHODS[this.scene.methods[slot]!].quantity, clientWidth, clientHeight);
-  }
-
-  get velocityCounts(): boolean {
-    return hasVelocity(this.scene);
   }
 }
 

@@ -3,7 +3,7 @@
 import { METHODS, type Vector } from "./engine.ts";
 import type { Explorer } from "./explorer.ts";
 import { accelerates, accelerationTip, moves, robotArrow } from "./explorer_draw.ts";
-import { body, curvatureThrough, half, onTheRoad, placeOnRoad } from "./explorer_scene.ts";
+import { body, curvatureThrough, half, hasVelocity, onTheRoad, placeOnRoad } from "./explorer_scene.ts";
 import { text, type Context, type Viewport } from "./geometry.ts";
 import { tip } from "./workspace.ts";
 
@@ -46,7 +46,8 @@ export class Grasp {
       this.held = null;
       const [px, py] = this.pixel(this.active);
       this.offset = slot === null ? [px - x, py - y] : [0, 0];
-      if (slot === null && this.active.what !== "road") this.app.selected = this.ofObstacle(this.active) ? this.active.index : null;
+      const { what, index } = this.active;
+      if (slot === null && what !== "road") this.app.selected = this.ofObstacle(this.active) ? index : null;
       if (slot !== null) this.drag(x, y);
       this.app.redraw();
     });
@@ -138,7 +139,7 @@ export class Grasp {
     } else if (what === "robot") robot.position = [x, y];
     else if (what === "velocity of the robot") {
       const velocity = limited([to[0] - robot.position[0], to[1] - robot.position[1]], scene.maxSpeed);
-      if (this.app.velocityCounts) robot.velocity = velocity;
+      if (hasVelocity(scene)) robot.velocity = velocity;
       scene.controls.velocity = velocity;
     } else if (what === "road") {
       // The centre of the road stays outside of its lanes.

@@ -193,8 +193,8 @@ export function drawScene(g: Context, picture: Picture, view: Viewport, width: n
 function drawRoad(g: Context, { road }: Scene, view: Viewport, theme: Theme): void {
   if (!road) return;
   road.borders.forEach((across, k) => {
-    const points = Array.from({ length: 121 }, (_, j) => onTheRoad(road, road.from + ((road.to - road.from) * j) / 120, across).at);
-    polyline(g, view, points);
+    const alongs = Array.from({ length: 121 }, (_, j) => road.from + ((road.to - road.from) * j) / 120);
+    polyline(g, view, alongs.map((along) => onTheRoad(road, along, across).at));
     const inner = k > 0 && k < road.borders.length - 1;
     stroke(g, theme.neutral, inner ? 1.2 : 2, inner ? [7, 6] : []);
   });
@@ -218,7 +218,8 @@ function drawPaths(g: Context, { scene, decision, times, theme }: Picture, view:
   const few = scene.obstacles.length <= FEW;
   const firsts = times.map(first);
   for (const shown of [false, true]) {
-    const paths = decision.bodies.filter((_, index) => (few || firsts.includes(index)) === shown).map((one) => sampled(one, scene.horizon));
+    const bodies = decision.bodies.filter((_, index) => (few || firsts.includes(index)) === shown);
+    const paths = bodies.map((one) => sampled(one, scene.horizon));
     g.lineWidth = shown ? 2.2 : 1.2;
     for (let k = 0; k < PARTS && paths.length; k++) {
       g.strokeStyle = css(viridis(k / PARTS, theme), shown ? 0.95 : 0.4);
