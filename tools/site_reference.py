@@ -94,9 +94,10 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
 MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "slalom.sim": (
         *("simulate", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
+        *("grid", "data_frame"),
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),
-    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "resized", "save", "animate"),
+    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "study", "resized", "save", "animate"),
     "slalom.live.notebook": ("widget",),
     "slalom.vehicle": (),
 }

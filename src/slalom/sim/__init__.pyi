@@ -7,4 +7,11 @@ from .measure.recording import Recording as Recording, RunSummary as RunSummary
 from .run.simulate import decision_at as decision_at, simulate as simulate
 from .scenario import Robot as Robot, Scenario as Scenario
 from .sweep.case import load as load
-from .sweep.study import Row as Row, compare as compare, compare_all as compare_all, read_study as read_study
+from .sweep.study import (
+    Row as Row,
+    compare as compare,
+    compare_all as compare_all,
+    grid as grid,
+    read_study as read_study,
+)
+from .sweep.tables import data_frame as data_frame
