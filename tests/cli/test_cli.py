@@ -725,6 +725,18 @@ def test_reproduce_takes_several_names(say: Say) -> None:
     assert sorted(path.name for path in Path("x/y").iterdir()) == ["linear_vo.svg", "moving_obstacle.svg", "paper.md"]
 
 
+def test_reproduce_writes_figures_in_the_format_of_their_names(say: Say) -> None:
+    """With the resolution of a picture; a page shows pictures, and links to a PDF."""
+    said = say("reproduce", "moving_obstacle.png", "linear_vo.pdf", "--quick", "--out", "x", "--resolution", "50")
+    assert said.code == 0
+    assert Path("x/linear_vo.pdf").read_bytes().startswith(b"%PDF")
+    assert Path("x/moving_obstacle.png").read_bytes().startswith(b"\x89PNG")
+    assert Path("x/moving_obstacle.png").stat().st_size < 40_000
+    page = Path("x/paper.md").read_text()
+    assert re.search(r"!\[.*\]\(moving_obstacle\.png\)", page)
+    assert re.search(r"(?<!!)\[.*\]\(linear_vo\.pdf\)", page)
+
+
 def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
     """Once, from the pace after the first report; short ones say nothing."""
     for pace, said in ((1.0, "running: about 2 min\n"), (0.1, "")):
@@ -808,7 +820,7 @@ BAD = [
     ("compare empty --merge", r"store: expected the folder that all shards share, found none"),
     ("compare empty --shard 1/2 --merge --store kept", r"merge: expected without shard, found both"),
     ("compare empty --shard 1/2 --page a.md --store kept", r"--page: expected without --shard, .*; found 'a\.md'"),
-    ("reproduce --resolution 50", r"--resolution"),
+    ("reproduce cone.eps", r"figure or claim: expected cone, or with \.svg, \.pdf, \.png; found 'cone\.eps'"),
     ("reproduce best", r"figure or claim: expected one of .*; found 'best'"),
     ("compare empty --page scene.yaml", r"--page: expected a new file, or --force .*; found 'scene\.yaml', "),
     ("reproduce --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),

@@ -1405,6 +1405,9 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"--figure: expected a run with at least one step": command(
         "run", "empty", "--set", "distance=0", "--figure", "{}/a.svg"
     ),
+    r"figure or claim: expected cone, or with \.svg, \.pdf, \.png; found 'cone\.eps'": command(
+        "reproduce", "cone.eps", "--out", "{}"
+    ),
     r"seeds, jobs: expected seeds of 1 or more and jobs not 0, found 0 and 2": command(
         "reproduce", "cone", "--seeds", "0", "--out", "{}"
     ),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from draws import draws
 
-from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Rectangle, State, method
+from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Polyline, Rectangle, State, method
 from slalom.cli import DONE, call
 from slalom.model.goal import Goal
 from slalom.model.trajectory import Circular, ConstantVelocity, Stationary
@@ -108,6 +108,20 @@ def test_the_path_to_a_goal_is_in_the_picture() -> None:
     column, row = pixel(film, np.array([0.0, 9.0])).round().astype(int)
     around = film[0][row - 4 : row + 5, column - 4 : column + 5].astype(int)
     assert np.abs(around - GOAL).max(axis=2).min() < 40
+
+
+def test_a_wall_is_in_the_frame_wherever_its_points_are_counted_from() -> None:
+    """As far as it is near; the same wall from a near point gives the same frame."""
+    robot = Robot(Disc(0.5), Limits(3.0, 3.0), State((0, 0), (2, 0)), Goal(Stationary((20, 0)), 0.5))
+    boxes = []
+    for at in ((4.0, 6.0), (4.0, 900.0)):
+        points = np.array([(0.0, 6.0), (8.0, 9.0), (8.0, 700.0)]) - (at[0] - 4.0, at[1])
+        wall = Obstacle(Polyline(points, radius=0.1), Stationary(at))
+        (axes,) = Film(simulate(Scenario("wall", (robot,), (wall,), duration=0.2), method("nao"))).axes
+        boxes.append((axes.get_xlim(), axes.get_ylim()))
+    assert boxes[0] == pytest.approx(boxes[1])
+    assert boxes[0][1][1] > 9.0
+    assert boxes[0][1][1] < 30.0
 
 
 def test_a_robot_that_has_left_is_not_drawn() -> None:
