@@ -1,15 +1,14 @@
-"""The scenario and the steps of a recording, and its export as messages and as one self-contained file."""
+"""Recorded tracks and decisions as runs, and the export of a run as messages and as one self-contained file."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from slalom.base.checks import Array, positive, whole
+from slalom.base.checks import positive, whole
 from slalom.base.errors import InvalidInput
-from slalom.decision import Decision
-from slalom.decision.methods import HOLDS, METHODS, Method, method
+from slalom.decision.methods import Method
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import Ended, Scene, ended, file_page, series
@@ -19,94 +18,12 @@ from slalom.model.limits import Limits
 from slalom.model.response import Acceleration, advance
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
-from slalom.peers import contender
 from slalom.sim.explanation import known_at
 from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.recorded_traffic import MAX_DURATION, Recorded as Tracks
 from slalom.sim.measure.recording import Recording, Step
-from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers
-
-
-class Recorded(NamedTuple):
-    """A recorded run.
-
-    Attributes:
-        method: by which all robots decided; None if it has no control space here. name: of the method.
-        end: the states at the end, as a step. arrived: (n,) absolute times [s], inf for robots that did not arrive.
-        notes: assumptions, a sentence each. seed: of the errors of sensing and messages.
-        decision: the only one, of a file; None: the decisions of the method are made again.
-    """
-
-    scenario: Scenario
-    method: Method | None
-    name: str
-    steps: list[Step]
-    end: Step
-    arrived: Array
-    notes: tuple[str, ...]
-    seed: int = 0
-    decision: Decision | None = None
-
-
-def recorded(recording: Recording) -> Recorded:
-    """Return the scenario of a recording, the method of its robots, and its steps.
-
-    Raises:
-        InvalidInput: a run without a step.
-    """
-    count = len(recording.accelerations)
-    if not count:
-        raise InvalidInput("recording: expected a run with at least one step, found a robot that starts at its goal")
-    settings = {name: value for name, value in recording.settings.items() if name in SETTINGS}
-    notes = [] if settings else ["The file states no settings: horizon, margin and holds are the default ones."]
-    robots = tuple(
-        Robot(shape, limits, State(recording.positions[0, k], recording.velocities[0, k]), goal, f"robot {k}")
-        for k, (shape, limits, goal) in enumerate(zip(recording.shapes, recording.limits, recording.goals))
-    )
-    scenario = Scenario(
-        recording.scenario,
-        robots,
-        recording.obstacles,
-        start=float(recording.times[0]),
-        duration=float(recording.times[-1] - recording.times[0]),
-        period=recording.period,
-        holds=recording.holds or HOLDS,
-        **from_numbers({**settings, "dt": recording.dt}),
-    )
-    steps = [
-        Step(
-            recording.positions[k],
-            recording.velocities[k],
-            recording.accelerations[k],
-            recording.controls[k],
-            recording.responses.rows[k],
-            recording.outcomes[k],
-            recording.decision_times[k],
-        )
-        for k in range(count)
-    ]
-    found, more = method_of(recording)
-    end = last_state(recording.positions[-1], recording.velocities[-1])
-    return Recorded(scenario, found, recording.method, steps, end, recording.arrived, (*notes, *more), recording.seed)
-
-
-def last_state(positions: Array, velocities: Array) -> Step:
-    """Return the states (n, d) at the end of a run as a step without accelerations and decisions."""
-    zero, none = np.zeros_like(positions), ("",) * len(positions)
-    return Step(positions, velocities, zero, zero, none, none, np.zeros(len(positions)))
-
-
-def method_of(recording: Recording) -> tuple[Method | None, tuple[str, ...]]:
-    """Return the method of a recording, None for peers, mixed and unknown ones; and a sentence if it is None."""
-    name = recording.method
-    plain = name.partition("@")[0]
-    if plain in METHODS and "+" not in name:
-        return method(name), ()
-    if "+" in name:
-        return None, (f"The robots decide by different methods ({name}): no control space is shown.",)
-    contender(name, installed=False)
-    return None, (f"{name} is a method of another project: it has no control space here.",)
-
+from slalom.sim.run.recorded import Recorded, last_state, recorded
+from slalom.sim.scenario import Robot, Scenario, from_numbers
 
 # ---------------------------------------------------------------------------------------------------------------------
 # An agent of a recording of tracks as a robot that moves as recorded, among the other agents.

@@ -4,7 +4,8 @@ from . import gallery as gallery
 from .files.scenario_yaml import read_scenario as read_scenario
 from .measure import metrics as metrics
 from .measure.recording import Recording as Recording, RunSummary as RunSummary
-from .run.simulate import decision_at as decision_at, simulate as simulate
+from .run.recorded import decision_at as decision_at
+from .run.simulate import simulate as simulate
 from .scenario import Robot as Robot, Scenario as Scenario
 from .sweep.case import load as load
 from .sweep.study import (
