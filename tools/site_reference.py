@@ -98,13 +98,14 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),
     "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "study", "resized", "save", "animate"),
+    "slalom.live.monitor": ("attach", "Monitor"),
     "slalom.live.notebook": ("widget",),
     "slalom.vehicle": (),
 }
 """Public names of modules; all of `__all__` where none are named."""
 HOMES: Final = {"METHODS": "slalom.decision.methods", "FORESIGHTS": "slalom.forecast.forecast"}
 """Modules of public names that are neither classes nor functions."""
-OWN_PAGES: Final = {"io", "peers", "sim", "vehicle", "view"}
+OWN_PAGES: Final = {"io", "live", "peers", "sim", "vehicle", "view"}
 """Public modules of slalom, which are documented in places of their own."""
 
 

@@ -49,6 +49,7 @@ from slalom.cli.viewing import view
 from slalom.io.table import sample_data
 from slalom.live import session as edits
 from slalom.live.messages import pack, renderer
+from slalom.live.monitor import Monitor
 from slalom.live.notebook import widget
 from slalom.live.recorded import as_recorded, export, robot_of
 from slalom.live.session import Session
@@ -135,6 +136,13 @@ def port_in_use(_: Path) -> object:
     """The command with a port at which another program listens."""
     with socket.create_server(("127.0.0.1", 0)) as other:
         return view("head_on", port=other.getsockname()[1], browser=False)
+
+
+def closed_monitor(_: Path) -> object:
+    """The next decision of a monitor that is closed."""
+    with Monitor() as monitor:
+        pass
+    return monitor.newest(0, 0.0)
 
 
 def without_video(tmp: Path) -> object:
@@ -398,6 +406,8 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"index: expected a number below 2, found 2": lambda _: edits.without_obstacle(SCENE, 2),
     r"name: expected one of horizon, .*'dt'": lambda _: edits.with_setting(SCENE, "dt", 1.0),
     "expected an even count of robots that exchange places, found 3": lambda _: SwapGoals().goals(np.ones((3, 2))),
+    r"share: expected at most 1, found 2": lambda _: Monitor(share=2.0),
+    r"monitor: expected an open one, found a closed one": closed_monitor,
     r"path: expected a name ending in \.html": lambda tmp: export(run(), tmp / "run.txt"),
     r"width: expected an even number from 320": lambda _: Film(run(), width=321),
     r"fps: expected at most 60, found 100": lambda _: Film(run(), fps=100.0),

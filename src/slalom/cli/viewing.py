@@ -207,9 +207,9 @@ def _sessions(
         options = {"--method": method, "--set": settings, "--at": at, "--agent": agent}
         for option in (option for option, value in options.items() if value or value == 0.0):
             raise InvalidInput(f"{option}: expected none with the file of a decision, found {options[option]!r}")
-        from slalom.live.recorded import of_decision
+        from slalom.live.recorded import of_file
 
-        shown = of_decision(name)
+        shown = of_file(name)
         return lambda: Session.of(shown, method_of(DEFAULT_METHOD))
     replayable, tracks = Path(name).suffix in RUNS and os.path.isfile(name), False
     if not replayable:

@@ -1,6 +1,6 @@
 """Recorded tracks and decisions as runs, and the export of a run as messages and as one self-contained file."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from slalom.base.checks import positive, whole
 from slalom.base.errors import InvalidInput
+from slalom.decision import Decision
 from slalom.decision.methods import Method
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
@@ -82,23 +83,33 @@ def as_recorded(tracks: Tracks, method: Method, agent: str | None = None, at: fl
     return Recorded(scenario, method, method.name, steps, end, times[-1:], ())
 
 
-def of_decision(path: Path | str) -> Recorded:
-    """Return the decision of a file that `Decision.dump` wrote, as a run of one step among the predicted obstacles.
+def of_file(path: Path | str) -> Recorded:
+    """Return the decision of a file that `Decision.dump` wrote, made again, as `of_decision`.
 
     Raises:
         InvalidFile: mistakes in the file. InvalidInput: a scene that cannot run.
     """
     read = read_decision(path)
-    navigator, made = read.navigator, read.inputs
     decision, same = read.repeat()
-    known = known_at(decision)
     notes = [] if same else [f"The decision differs from the one that was written, with {read.versions}."]
+    return of_decision(decision, Path(path).name, notes)
+
+
+def of_decision(decision: Decision, name: str, notes: Sequence[str] = ()) -> Recorded:
+    """Return a decision as a run of one step among the predicted obstacles.
+
+    Raises:
+        InvalidInput: a decision that no navigator made, or a scene that cannot run.
+    """
+    known, made = known_at(decision), decision.inputs
+    assert made is not None
+    navigator, notes = known.navigator, list(notes)
     if made.robots is not None and len(made.robots):
         notes.append(f"{len(made.robots)} observed robots, which share the avoidance, are not shown.")
     goal = Goal(Stationary(made.state.position)) if made.goal is None else made.goal
     robot = Robot(navigator.robot, navigator.limits, made.state, goal, objective=navigator.objective)
     scenario = Scenario(
-        Path(path).name,
+        name,
         (robot,),
         tuple(known.blocked.obstacles.obstacles),
         start=made.now,

@@ -58,8 +58,10 @@ MOST_PICTURES: Final = 1_000_000
 """[1] Most pictures of a video: more than four hours at 60 a second."""
 CROWD: Final = 60
 """[1] Number of robots above which neither velocities nor goals are drawn."""
-HEAD, LINE, EMPTY = 0.46, 118, 0.24
-"""[inch, 1, inch] Height of the sentences above a decision, letters in a line, and what its figure has above it."""
+HEAD, EMPTY = 0.46, 0.24
+"""[inch] Height of the sentences above a decision, and of what its figure has in their place."""
+LINE: Final = 118
+"""[1] Letters in a line of the sentences."""
 GRID: Final = 121
 """[1] Points of the control space of a picture along each axis. Larger: finer bands of time, slower pictures."""
 VIEWS: Final = {2: ((0, 1, "x [m]", "y [m]"),), 3: ((0, 1, "x [m]", "y [m]"), (0, 2, "x [m]", "z [m]"))}
@@ -228,7 +230,8 @@ class DecisionFilm(Film):
         """Return the picture of a decision, counted from 0."""
         while len(self._made) <= number:
             self._made.append(next(self._making))
-        run, decision, step = self.recording, self._made[number], number * self._scenario.steps_per_decision
+        run, decision = self.recording, self._made[number]
+        step = number * self._scenario.steps_per_decision
         past = run.positions[: step + 1, 0][run.times[: step + 1] >= run.times[step] - self.trail]
         reasons, _ = reasons_of(decision)
         figure = draw_decision(
