@@ -94,16 +94,18 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
 MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "slalom.sim": (
         *("simulate", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
+        *("grid", "data_frame"),
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),
-    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "resized", "save", "animate"),
+    "slalom.view": ("decision", "workspace", "control_space", "paths", "fleet", "study", "resized", "save", "animate"),
+    "slalom.live.monitor": ("attach", "Monitor"),
     "slalom.live.notebook": ("widget",),
     "slalom.vehicle": (),
 }
 """Public names of modules; all of `__all__` where none are named."""
 HOMES: Final = {"METHODS": "slalom.decision.methods", "FORESIGHTS": "slalom.forecast.forecast"}
 """Modules of public names that are neither classes nor functions."""
-OWN_PAGES: Final = {"io", "peers", "sim", "vehicle", "view"}
+OWN_PAGES: Final = {"io", "live", "peers", "sim", "vehicle", "view"}
 """Public modules of slalom, which are documented in places of their own."""
 
 

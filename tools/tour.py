@@ -14,27 +14,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from slalom import method
 from slalom.sim import gallery, simulate
-from slalom.view.film import write_video
+from slalom.view import animate
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 APP = "document.getElementById('slalom').slalom"
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars"]
 SIZE = {"width": 1280, "height": 760}
-MOVING, SHOWN = {"width": 1000, "height": 560}, (720, 404)
-"""[pixel] Size of the page of the moving picture, which shows the panels and the sentence alone, and of the picture."""
-HIDDEN = (
-    ".slalom header, .slalom .transport, .slalom .charts { display: none !important } .slalom .why { height: 64px }"
-)
 AHEAD = 5.9
 """[s] Time ahead in tour_ahead.png: the manoeuvre passes a car with the margin then."""
-RATE = 8.0
-"""[Hz] Pictures in a second of the moving picture."""
 
 
 @contextmanager
@@ -110,19 +102,6 @@ def still(browser: Any, run: Path, turning: int) -> None:
         shot(page, "view.png")
 
 
-def moving(browser: Any, run: Path, steps: range) -> None:
-    """The moving picture of the README: the view of a run, one step after the other."""
-    with served(str(run)) as address, page_of(browser, address, MOVING) as page:
-        page.add_style_tag(content=HIDDEN)
-        pictures = []
-        for step in steps:
-            seek(page, step)
-            taken = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-            pictures.append(np.asarray(taken.resize(SHOWN, Image.Resampling.LANCZOS)))
-        path = write_video(IMAGES / "view.gif", pictures, RATE)
-        print(path, path.stat().st_size // 1000, "kB", len(pictures), "pictures")
-
-
 def space_and_fleet(browser: Any) -> None:
     """The pictures of docs/view.md of a robot in space and of a fleet."""
     with served("drones_crossing") as address, page_of(browser, address, SIZE) as page:
@@ -148,8 +127,8 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         still(browser, run, turning)
         space_and_fleet(browser)
-        moving(browser, run, range(0, len(recording.accelerations), 3))
         browser.close()
+    animate(recording, IMAGES / "view.gif", fps=8.0, speed=2.4, control_space=True)
 
 
 if __name__ == "__main__":

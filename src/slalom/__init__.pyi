@@ -2,7 +2,7 @@
 
 __version__: str
 
-from . import io as io, peers as peers, sim as sim, vehicle as vehicle, view as view
+from . import io as io, live as live, peers as peers, sim as sim, vehicle as vehicle, view as view
 from .base.errors import (
     InvalidFile as InvalidFile,
     InvalidInput as InvalidInput,

@@ -447,7 +447,7 @@ def test_compare_writes_a_csv_file(say: Say) -> None:
         "- {scenario: circle, settings: {robots: 2, radius: 3}}\n"
         "- {scenario: circle, settings: {robots: 2, radius: 3, guided: 0}, methods: [nao]}\n"
     )
-    found = say("compare", "study.yaml", "--csv", "new/table.csv", "--json").json["rows"]
+    found = say("compare", "study.yaml", "--out", "new/table.csv", "--json").json["rows"]
     with open("new/table.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["method"], row["guided"], row["settings"]) for row in rows] == [
@@ -463,13 +463,63 @@ def test_compare_writes_a_csv_file(say: Say) -> None:
         assert float(row["extra_time_90"]) == expected["extra_time"][2]
         assert float(row["success"]) == expected["metrics"]["success"]["mean"]
         assert row["failures"] == ""
-    said = say("compare", "study.yaml", "--csv", "table.txt")
-    assert said.err == "--csv: expected a file that ends in .csv, found 'table.txt'\n"
+    said = say("compare", "study.yaml", "--csv", "table.txt")  # the former name of the option
+    assert said.err == "--out: expected a file that ends in .csv or .tex, found 'table.txt'\n"
     tokens = ["compare", "study.yaml", "--csv", "a.csv", "--shard", "1/2", "--store", "kept"]
-    assert "--csv: expected without --shard" in say(*tokens).err
+    assert "--out: expected without --shard" in say(*tokens).err
     Path("two.csv").write_text(CADRL)
     said = say("compare", "two.csv", "--methods", "nao", "--seeds", "1", "--csv", "two.csv")
     assert said.err == "two.csv: expected a file other than the source, found the same\n"
+
+
+def test_a_study_of_lists_is_a_table_and_a_figure(say: Say) -> None:
+    """Every combination once; a file of each kind by its name."""
+    tokens = ["compare", "head_on", "--methods", "nao", "--set", "offset=0,1.5", "margin=0.05:0.25:0.1", "duration=0.5"]
+    rows = say(*tokens, "--out", "a.csv", "b.tex", "--figure", "c.svg", "--json").json["rows"]
+    expected = [(offset, margin) for offset in (0.0, 1.5) for margin in (0.05, 0.15, 0.25)]
+    assert [(row["settings"]["offset"], row["settings"]["margin"]) for row in rows] == expected
+    with open("a.csv", newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [(float(row["offset"]), float(row["margin"])) for row in table] == expected
+    assert "duration" not in table[0]
+    lines = Path("b.tex").read_text().splitlines()
+    assert lines[0].startswith("% Made by slalom compare head_on --set offset=0,1.5 --set margin=0.05:0.25:0.1 --set")
+    assert lines[0].split(" with ")[0].endswith(" --methods nao --out b.tex")
+    body = lines[lines.index(r"\midrule") + 1 : lines.index(r"\bottomrule")]
+    assert [tuple(map(float, line.split(" & ")[:2])) for line in body] == expected
+    assert Path("c.svg").read_text().count("margin") >= 1
+    assert say("compare", "head_on", "--methods", "nao", "--set", "offset=0", "--figure", "d.svg").err == (
+        "--figure: expected a study with several values of a setting, found none\n"
+    )
+
+
+def test_settings_without_effect_are_named_once(say: Say) -> None:
+    said = say("compare", "head_on", "--methods", "nao,vo", "--set", "duration=0.2", "guided=0,1", "margin=0.1,0.2")
+    assert said.err == "guided: no effect on nao in head_on, vo in head_on\n"
+
+
+def test_compare_says_what_it_keeps_when_it_is_stopped(say: Say, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And the same command makes the rest."""
+    tokens = ["compare", "roundabout_crossing", "--set", "duration=0.3", "margin=0.1,0.2", "--methods", "vo"]
+    tokens += ["--seeds", "2", "--json"]
+    whole = say(*tokens).out
+
+    def stopped(work: Callable, items: dict, **_: object) -> Iterator[tuple]:
+        for k, (key, case) in enumerate(items.items()):
+            if k == 3:
+                raise KeyboardInterrupt
+            yield key, work(case)
+
+    with monkeypatch.context() as patched:
+        patched.setattr("slalom.sim.sweep.study.map_surviving_kills", stopped)
+        said = say(*tokens, "--store", "kept")
+        assert (said.code, said.out) == (130, "")
+        assert said.err == (
+            "slalom: stopped after 3 of 4 runs. kept keeps the finished ones; the same command makes the others.\n"
+        )
+        assert "None is kept; with --store FOLDER each finished run is." in say(*tokens).err
+    assert len(list(Path("kept").iterdir())) == 3
+    assert say(*tokens, "--store", "kept").out == whole
 
 
 def test_tables_state_whether_robots_are_guided(say: Say) -> None:
@@ -675,6 +725,18 @@ def test_reproduce_takes_several_names(say: Say) -> None:
     assert sorted(path.name for path in Path("x/y").iterdir()) == ["linear_vo.svg", "moving_obstacle.svg", "paper.md"]
 
 
+def test_reproduce_writes_figures_in_the_format_of_their_names(say: Say) -> None:
+    """With the resolution of a picture; a page shows pictures, and links to a PDF."""
+    said = say("reproduce", "moving_obstacle.png", "linear_vo.pdf", "--quick", "--out", "x", "--resolution", "50")
+    assert said.code == 0
+    assert Path("x/linear_vo.pdf").read_bytes().startswith(b"%PDF")
+    assert Path("x/moving_obstacle.png").read_bytes().startswith(b"\x89PNG")
+    assert Path("x/moving_obstacle.png").stat().st_size < 40_000
+    page = Path("x/paper.md").read_text()
+    assert re.search(r"!\[.*\]\(moving_obstacle\.png\)", page)
+    assert re.search(r"(?<!!)\[.*\]\(linear_vo\.pdf\)", page)
+
+
 def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
     """Once, from the pace after the first report; short ones say nothing."""
     for pace, said in ((1.0, "running: about 2 min\n"), (0.1, "")):
@@ -706,6 +768,12 @@ BAD = [
     ("run empty --method best", r"method: expected one of vo, rvo, nlvo, avo, ao, nao, .*, orca, .*; found 'best'"),
     ("run empty --set distance", r"--set: expected NAME=NUMBER, found 'distance'"),
     ("run empty --set distance=far", r"--set: expected NAME=NUMBER, found 'distance=far'"),
+    ("run empty --set distance=1,2", r"--set distance: expected one number, found 1, 2; `slalom compare` takes lists"),
+    ("compare empty --set margin=1 --set margin=2", r"--set: expected each name once, found 'margin' twice; a list"),
+    ("compare empty --set margin=1:0:0.5", r"--set: expected a range of 1 to 10000 values, found '1:0:0.5' with 0"),
+    ("compare empty --set margin=0:1:1e-9", r"--set: expected a range of 1 to 10000 values, found '0:1:1e-9' with "),
+    ("compare empty --set margin=0:1", r"--set: expected NAME=NUMBER, found 'margin=0:1'"),
+    ("compare empty --set margin=", r"--set: expected NAME=NUMBER, found 'margin='"),
     ("run empty --set =3", r"--set: expected NAME=NUMBER, found '=3'"),
     ("run empty --set wheels=4", r"parameter of empty: expected one of distance, start, .*; found 'wheels'"),
     ("run scene.yaml --set distance=4", r"setting: expected one of start, .*; found 'distance'"),
@@ -752,7 +820,7 @@ BAD = [
     ("compare empty --merge", r"store: expected the folder that all shards share, found none"),
     ("compare empty --shard 1/2 --merge --store kept", r"merge: expected without shard, found both"),
     ("compare empty --shard 1/2 --page a.md --store kept", r"--page: expected without --shard, .*; found 'a\.md'"),
-    ("reproduce --resolution 50", r"--resolution"),
+    ("reproduce cone.eps", r"figure or claim: expected cone, or with \.svg, \.pdf, \.png; found 'cone\.eps'"),
     ("reproduce best", r"figure or claim: expected one of .*; found 'best'"),
     ("compare empty --page scene.yaml", r"--page: expected a new file, or --force .*; found 'scene\.yaml', "),
     ("reproduce --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),

@@ -49,8 +49,9 @@ from slalom.cli.viewing import view
 from slalom.io.table import sample_data
 from slalom.live import session as edits
 from slalom.live.messages import pack, renderer
+from slalom.live.monitor import Monitor
 from slalom.live.notebook import widget
-from slalom.live.recorded import as_recorded, export, recorded, robot_of
+from slalom.live.recorded import as_recorded, export, robot_of
 from slalom.live.session import Session
 from slalom.model.bounds import BOUNDS
 from slalom.model.trajectory import Sampled
@@ -59,10 +60,11 @@ from slalom.sim import Recording, compare, gallery, simulate
 from slalom.sim.files.patterns import SwapGoals
 from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
+from slalom.sim.run.recorded import recorded
 from slalom.sim.scenario import Robot, Scenario
 from slalom.vehicle import Bicycle, Command, DifferentialDrive, Pose, VehicleNavigator
 from slalom.vehicle.ways import way_among
-from slalom.view.film import Film, checked
+from slalom.view.film import DecisionFilm, Film, checked
 
 NAO = method("nao")
 ROBOT = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))
@@ -134,6 +136,13 @@ def port_in_use(_: Path) -> object:
     """The command with a port at which another program listens."""
     with socket.create_server(("127.0.0.1", 0)) as other:
         return view("head_on", port=other.getsockname()[1], browser=False)
+
+
+def closed_monitor(_: Path) -> object:
+    """The next decision of a monitor that is closed."""
+    with Monitor() as monitor:
+        pass
+    return monitor.newest(0, 0.0)
 
 
 def without_video(tmp: Path) -> object:
@@ -397,11 +406,14 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"index: expected a number below 2, found 2": lambda _: edits.without_obstacle(SCENE, 2),
     r"name: expected one of horizon, .*'dt'": lambda _: edits.with_setting(SCENE, "dt", 1.0),
     "expected an even count of robots that exchange places, found 3": lambda _: SwapGoals().goals(np.ones((3, 2))),
+    r"share: expected at most 1, found 2": lambda _: Monitor(share=2.0),
+    r"monitor: expected an open one, found a closed one": closed_monitor,
     r"path: expected a name ending in \.html": lambda tmp: export(run(), tmp / "run.txt"),
     r"width: expected an even number from 320": lambda _: Film(run(), width=321),
     r"fps: expected at most 60, found 100": lambda _: Film(run(), fps=100.0),
     r"fps: expected at least 0\.1, found 0\.001": lambda _: Film(run(), fps=0.001),
     r"speed: expected at least .* 1000000 pictures, found 1e-09": lambda _: Film(run(), speed=1e-9),
+    r"control_space: expected a run of one robot by a method of slalom, found 2 robots": lambda _: DecisionFilm(run(2)),
     r"path: expected a name ending in \.mp4 or \.gif": lambda tmp: checked(tmp / "run.avi"),
     r"method: expected one with a scenario": lambda _: widget(SCENE),
     r"--agent: expected the id of an agent of roundabout_ring_11": lambda _: as_recorded(

@@ -14,7 +14,7 @@ from live_views import WEB, crossing, drawn_region, kinds
 from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, State, method
 from slalom.live.control_space import Fields, Plane
 from slalom.live.messages import pack, quantised, renderer, unpack
-from slalom.live.recorded import as_recorded, export, messages, recorded
+from slalom.live.recorded import as_recorded, export, messages
 from slalom.live.seen import decided_again
 from slalom.live.session import Session, dragged, from_step, with_obstacle, with_setting, without_obstacle
 from slalom.model.trajectory import Circular
@@ -22,6 +22,7 @@ from slalom.obstacle.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario
+from slalom.sim.run.recorded import recorded
 from slalom.sim.scenario import Robot, Scenario
 
 

@@ -12,11 +12,12 @@ from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision.methods import Method
 from slalom.live.control_space import NONE, OUTSIDE, VIEW_PROJECTION_GRID, Fields, planes_of, projections
 from slalom.live.messages import unpack
-from slalom.live.recorded import looked_at, recorded
+from slalom.live.recorded import looked_at
 from slalom.live.seen import decided_again, reasons, state_at
 from slalom.live.session import Session
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, gallery, simulate
+from slalom.sim.run.recorded import recorded
 from slalom.sim.run.simulate import Run
 
 

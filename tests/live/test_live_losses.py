@@ -10,7 +10,7 @@ from live_views import APP, crossing, in_browser, opened, serving
 
 from slalom import method
 from slalom.live.messages import unpack
-from slalom.live.recorded import of_decision
+from slalom.live.recorded import of_file
 from slalom.live.session import Session, scenario_of
 from slalom.sim import gallery, simulate
 
@@ -217,7 +217,7 @@ def test_the_file_of_a_decision_is_shown(kept: bool, tmp_path: Path) -> None:
     decisions = [session._played.known(k).decision(k) for k in range(40)]
     decision = next(each for each in decisions[5:] if (each.begun is not None) == kept)
     decision.dump(tmp_path / "decision.json")
-    found = of_decision(tmp_path / "decision.json")
+    found = of_file(tmp_path / "decision.json")
     shown = Session.of(found, method("vo"))
     scene = unpack(shown.opening()[0])[0]
     assert (scene["recorded"], scene["method"], scene["start"]) == (True, "nao", decision.inputs.now)

@@ -13,9 +13,10 @@ from live_views import APP, crossing, drawn_region, in_browser, opened, serving
 
 from slalom import method
 from slalom.live.messages import renderer
-from slalom.live.recorded import export, recorded
+from slalom.live.recorded import export
 from slalom.live.seen import decided_again
 from slalom.sim import Recording, gallery, read_scenario, simulate
+from slalom.sim.run.recorded import recorded
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, in_browser]
 LOOKED = f"{APP}?.model.complete && {APP}.model.control()"

@@ -46,7 +46,7 @@ from slalom.obstacle.pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.closest_approach import METRIC, closest_approaches
-from slalom.sim.run.simulate import decision_at
+from slalom.sim.run.recorded import decision_at
 
 ROUNDING = 1e-9
 PERIOD = 0.1

@@ -130,8 +130,9 @@ from slalom.sim.measure.metrics import path_length
 from slalom.sim.measure.tidy_table import _imported, write_table
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
 from slalom.sim.sweep.store import Shard, Store, _Former, _refuse_another
-from slalom.sim.sweep.study import named
+from slalom.sim.sweep.study import grid, named
 from slalom.view.control_space import admissible_region
+from slalom.view.study import axis_of
 
 SOURCES = Path(slalom.__file__).parent
 NAN, INF = float("nan"), float("inf")
@@ -1377,7 +1378,19 @@ REFUSED: dict[str, Callable[[Path], object]] = {
         "convert", "{}/a.h5", "{}/a.csv", "--gap", "1"
     ),
     r"expected a file that ends in \.csv, \.parquet for a run; found": command("convert", "{}/a.h5", "{}/a.xls"),
-    r"--csv: expected a file that ends in \.csv, found .*a\.txt": command("compare", "empty", "--csv", "{}/a.txt"),
+    r"--out: expected a file that ends in \.csv or \.tex, found .*a\.txt": command(
+        "compare", "empty", "--out", "{}/a.txt"
+    ),
+    r"--figure: expected a study with several values of a setting": command("compare", "empty", "--figure", "{}/a.svg"),
+    r"--figure: expected margin in all rows of the study": lambda _: axis_of([{"margin": 1.0}, {"margin": 2.0}, {}]),
+    r"margin: expected at least one number, found none": lambda _: grid({"margin": []}),
+    r"--set: expected each name once, found 'margin' twice": command(
+        "compare", "empty", "--set", "margin=1", "margin=2"
+    ),
+    r"--set: expected a range of 1 to 10000 values, found '1:0:1'": command(
+        "compare", "empty", "--set", "margin=1:0:1"
+    ),
+    r"--set margin: expected one number, found 1, 2; `slalom compare`": command("run", "empty", "--set", "margin=1,2"),
     r"--page: expected without --shard, which has a part of the runs; found": command(
         "compare", "empty", "--shard", "1/2", "--store", "{}/runs", "--page", "{}/new.md"
     ),
@@ -1391,6 +1404,9 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"--figure: expected a run with at least one step": command(
         "run", "empty", "--set", "distance=0", "--figure", "{}/a.svg"
+    ),
+    r"figure or claim: expected cone, or with \.svg, \.pdf, \.png; found 'cone\.eps'": command(
+        "reproduce", "cone.eps", "--out", "{}"
     ),
     r"seeds, jobs: expected seeds of 1 or more and jobs not 0, found 0 and 2": command(
         "reproduce", "cone", "--seeds", "0", "--out", "{}"

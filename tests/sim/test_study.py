@@ -1,6 +1,7 @@
 """Studies: the same table to the bit whatever the number of jobs, and the right one."""
 
 import csv
+import io
 import json
 import multiprocessing
 import os
@@ -20,11 +21,13 @@ from galleries import NAMES, installed, nudged
 
 from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
 from slalom.io.pedestrians import read_cases
-from slalom.sim import Row, compare, compare_all, load, metrics, read_study, simulate
+from slalom.peers import contender
+from slalom.sim import Row, compare, compare_all, data_frame, grid, load, metrics, read_scenario, read_study, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.gallery.fleets import cadrl
-from slalom.sim.sweep.case import drawn, run_case, run_one
+from slalom.sim.sweep.case import drawn, is_deterministic, run_case, run_one, without_effect
 from slalom.sim.sweep.study import cases_of, flat, is_study, mean_interval, named, wilson
+from slalom.sim.sweep.tables import csv_text, latex_text, printed
 
 SHORT = {"duration": 3.0}
 FLEETS = Path(__file__).parents[2] / "benchmarks" / "fleets.yaml"
@@ -239,6 +242,113 @@ def test_backends_do_not_matter(backend: str) -> None:
         compare("head_on", ["avo"], 4, settings={"duration": 0.5}, jobs=2, backend=name) for name in (None, backend)
     )
     assert json.dumps(one) == json.dumps(two)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Lists of values, seeds of files, and tables.
+
+
+def test_a_grid_has_each_combination_once() -> None:
+    assert grid({}) == [{}]
+    assert grid({"margin": [0.1, 0.2], "patience": 0.5, "horizon": (1, 2, 3)}) == [
+        {"margin": margin, "patience": 0.5, "horizon": horizon} for margin in (0.1, 0.2) for horizon in (1.0, 2.0, 3.0)
+    ]
+
+
+def test_lists_of_a_study_file_are_rows(tmp_path: Path) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text("scenarios:\n- {scenario: empty, settings: {margin: [0.1, 0.2], dt: 0.1, horizon: [2, 3]}}\n")
+    expected = grid({"margin": [0.1, 0.2], "dt": 0.1, "horizon": [2, 3]})
+    assert [row.settings for row in read_study(path).rows] == expected
+    added = named([str(path), "empty"], settings={"patience": [0.0, 1.0]}).rows
+    assert [row.settings for row in added] == [
+        *({**one, "patience": patience} for one in expected for patience in (0.0, 1.0)),
+        {"patience": 0.0},
+        {"patience": 1.0},
+    ]
+    path.write_text("scenarios:\n- {scenario: empty, settings: {margin: [], dt: [-1, x]}}\n")
+    with pytest.raises(InvalidFile, match=r":2:53: scenarios\.0\.settings\.dt\.1: expected a number, found 'x'"):
+        read_study(path)
+    path.write_text("scenarios:\n- {scenario: empty, settings: {margin: []}}\n")
+    with pytest.raises(InvalidFile, match=r"scenarios\.0\.settings: margin: expected at least one number, found none"):
+        read_study(path)
+
+
+RANDOM_FILE = """
+duration: 0.4
+robots:
+  - name: guard
+    count: 2
+    radius: 0.3
+    max_speed: {first: 1, last: 2, seed: SPEED}
+    max_acceleration: 2
+    positions: {kind: box, low: [-3, -12], high: [3, -9], min_distance: 1.5, seed: PLACE}
+    goals: {kind: displaced, by: [0, 20]}
+"""
+
+
+def test_the_seed_of_a_run_is_added_to_the_seeds_of_its_file(tmp_path: Path) -> None:
+    """A run of seed 2 is that of a file with seeds that are larger by 2; runs of a study are those one by one."""
+    files = [tmp_path / f"{k}.yaml" for k in (0, 2)]
+    for k, path in zip((0, 2), files, strict=True):
+        path.write_text(RANDOM_FILE.replace("SPEED", str(3 + k)).replace("PLACE", str(5 + k)))
+    runs = [simulate(read_scenario(files[0], seed), METHODS["nao"]).positions for seed in range(3)]
+    assert len({run.tobytes() for run in runs}) == 3
+    np.testing.assert_array_equal(runs[2], simulate(read_scenario(files[1]), METHODS["nao"]).positions)
+    assert not is_deterministic(str(files[0]))
+    made = [run_case(case)["digest"] for case in cases_of(Row(str(files[0]), {}, ["nao"], 3))]
+    assert made == [simulate(read_scenario(files[0], seed), METHODS["nao"], seed=seed).digest() for seed in range(3)]
+
+
+@pytest.mark.parametrize(("name", "method"), [("head_on", "nao"), ("circle", "nao"), ("circle", "nao_shared")])
+def test_settings_without_effect_change_no_run(name: str, method: str) -> None:
+    """To the bit; the messages of robots that share, and the observations of robots that do not, have an effect."""
+    given = {"duration": 1.0, **({"robots": 4.0, "radius": 4.0} if name == "circle" else {})}
+    other = {"guided": 0.0, "message_delay": 0.3, "message_loss": 0.4, "sight_noise": 0.1, "sight_delay": 0.1}
+    other |= {"sight_loss": 0.5}
+    whole = drawn(name, given)
+    runs = {key: simulate(drawn(name, given | {key: value}), method) for key, value in other.items()}
+    same = {key for key, run in runs.items() if np.array_equal(run.positions, simulate(whole, method).positions)}
+    assert without_effect(whole, METHODS[method]) & other.keys() <= same
+    if name == "circle":
+        assert ("message_loss" in same, "sight_noise" in same) == ((True, False) if method == "nao" else (False, True))
+
+
+def test_settings_without_effect_change_no_run_of_a_peer() -> None:
+    installed("orca")
+    given = {"robots": 4.0, "radius": 4.0, "duration": 1.0}
+    other = {"patience": 1.0, "guided": 0.0, "early": 1.0, "message_delay": 0.3, "message_loss": 0.4, "horizon": 1.0}
+    whole = drawn("circle", given)
+    assert without_effect(whole, METHODS["vo"]) != without_effect(whole, contender("orca")) == other.keys()
+    for key, value in other.items():
+        run = simulate(drawn("circle", given | {key: value}), "orca")
+        np.testing.assert_array_equal(run.positions, simulate(whole, "orca").positions, key)
+
+
+def test_tables_are_the_same_as_csv_data_frame_and_latex() -> None:
+    """The frame to the bit; LaTeX cell by cell, except for columns that are the same in all rows."""
+    pandas = pytest.importorskip("pandas", reason="slalom[data] is not installed: no data frame is made")
+    rows = [Row("head_on", each, ["vo", "nao_ahead"], 1) for each in grid({"offset": [0.0, 1.0], "duration": 0.3})]
+    tables = compare_all(rows)
+    frame = data_frame(tables)
+    assert frame["offset"].tolist() == [0.0, 0.0, 1.0, 1.0]
+    assert frame["min_clearance"].tolist() == [row["min_clearance"] for row in flat(tables)]
+    assert "duration" not in frame
+    read = pandas.read_csv(io.StringIO(csv_text(tables)))
+    pandas.testing.assert_frame_equal(read, pandas.read_csv(io.StringIO(frame.to_csv(index=False))), check_exact=True)
+    lines = latex_text(tables).splitlines()
+    begin, end = lines.index(r"\midrule"), lines.index(r"\bottomrule")
+    found = [line.removesuffix(r" \\").split(" & ") for line in (lines[begin - 1], *lines[begin + 1 : end])]
+    plain = [
+        [re.sub(r"\$\^?(-|\d)\$", lambda m: ("^" if "^" in m[0] else "") + m[1], cell) for cell in row] for row in found
+    ]
+    plain = [[cell.replace("--", "-").replace("\\", "") for cell in row] for row in plain]
+    whole = printed(tables, own=["offset"])
+    shown = [k for k in range(len(whole[0])) if len({row[k] for row in whole[1:]}) > 1]
+    assert plain == [[row[k] for k in shown] for row in whole]
+    assert "nao_ahead" in {cell for row in plain for cell in row}
+    (told,) = [line for line in lines if line.startswith("% The same in all rows: ")]
+    assert "scenario: head_on duration=0.3; " in told
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from draws import draws
 
-from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Rectangle, State, method
+from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Polyline, Rectangle, State, method
 from slalom.cli import DONE, call
 from slalom.model.goal import Goal
 from slalom.model.trajectory import Circular, ConstantVelocity, Stationary
-from slalom.sim import Recording, gallery, simulate
+from slalom.sim import Recording, decision_at, gallery, simulate
+from slalom.sim.explanation import explanation, reasons_of
+from slalom.sim.run.recorded import recorded
 from slalom.sim.scenario import Robot, Scenario
-from slalom.view import animate
-from slalom.view.film import Film
+from slalom.view import animate, decision
+from slalom.view.film import GRID, DecisionFilm, Film
 
 av = pytest.importorskip("av", reason="slalom[video] is not installed: videos are not written")
 ROBOT = np.array([213, 94, 0])
@@ -108,6 +110,46 @@ def test_the_path_to_a_goal_is_in_the_picture() -> None:
     column, row = pixel(film, np.array([0.0, 9.0])).round().astype(int)
     around = film[0][row - 4 : row + 5, column - 4 : column + 5].astype(int)
     assert np.abs(around - GOAL).max(axis=2).min() < 40
+
+
+def test_a_wall_is_in_the_frame_wherever_its_points_are_counted_from() -> None:
+    """As far as it is near; the same wall from a near point gives the same frame."""
+    robot = Robot(Disc(0.5), Limits(3.0, 3.0), State((0, 0), (2, 0)), Goal(Stationary((20, 0)), 0.5))
+    boxes = []
+    for at in ((4.0, 6.0), (4.0, 900.0)):
+        points = np.array([(0.0, 6.0), (8.0, 9.0), (8.0, 700.0)]) - (at[0] - 4.0, at[1])
+        wall = Obstacle(Polyline(points, radius=0.1), Stationary(at))
+        (axes,) = Film(simulate(Scenario("wall", (robot,), (wall,), duration=0.2), method("nao"))).axes
+        boxes.append((axes.get_xlim(), axes.get_ylim()))
+    np.testing.assert_allclose(*boxes)
+    assert boxes[0][1][1] > 9.0
+    assert boxes[0][1][1] < 30.0
+
+
+def test_a_video_of_decisions_shows_each_of_them(run: Recording, tmp_path: Path) -> None:
+    """As the figure of the decision that was in force, with the sentences that explain it; also read from the file."""
+    film = DecisionFilm(run, width=640, fps=20.0)
+    known = recorded(run)
+    for t in (0.0, 0.57):
+        made = decision_at(run, known.scenario, known.method, int(t / 0.1 + 1e-9))
+        track = run.positions[: int(t / 0.1 + 1e-9) + 1, 0]
+        extent = film._extent
+        goal = known.scenario.robot.goal
+        figure = decision(made, film._navigator, goal, track=track, title="", extent=extent, resolution=GRID)
+        expected = film._rendered(figure)
+        found = film.at(t)
+        assert found.shape == (film.height, 640, 3)
+        # An odd number of rows loses its last one.
+        ends = [expected[-300 - odd : len(expected) - odd] for odd in (0, 1)]
+        assert any(np.array_equal(found[-300:], end) for end in ends)
+        np.testing.assert_array_equal(found, film.at(t + 0.02))
+        assert explanation(made)["sentences"][: len(reasons_of(made)[0].sentences)] == [*reasons_of(made)[0].sentences]
+    assert (film.at(0.0) != film.at(0.57)).any()
+    path = animate(run, tmp_path / "run.mp4", width=640, fps=4.0, control_space=True)
+    frames, times = pictures(path)
+    assert times == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
+    assert frames[2].shape == film.at(0.5).shape
+    assert np.abs(frames[2].astype(int) - film.at(0.5)).mean() < 4.0
 
 
 def test_a_robot_that_has_left_is_not_drawn() -> None:

@@ -1,12 +1,10 @@
 """`slalom compare`."""
 
-import csv
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
@@ -14,12 +12,13 @@ from slalom.base.errors import InvalidInput
 from slalom.cli.console import (
     DONE,
     FAILED,
+    INTERRUPTED,
     Flag,
     Names,
     Settings,
     Whole,
     new_markdown,
-    parse_settings,
+    parse_lists,
     print_message,
     print_result,
     progress,
@@ -28,67 +27,20 @@ from slalom.cli.console import (
     writable,
     writing,
 )
+from slalom.cli.options import Look, drawable, refuse_without
 from slalom.cli.report import page_text, table_text
-from slalom.cli.running import refuse_run
+from slalom.cli.running import print_notes, refuse_run
+from slalom.sim.sweep.tables import WRITERS, writer_of
 
 if TYPE_CHECKING:
     from slalom.sim.sweep.study import Study
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Comparisons as CSV: one row for each scenario and method.
-
-
-COUNTS: Final = ("runs_with_collision", "runs_all_arrived", "runs_successful")
-"""Counts of runs with a confidence interval of their share."""
-PERCENTILES: Final = ("extra_time_50", "extra_time_75", "extra_time_90")
-"""[s] Columns of the percentiles of the extra time."""
-HEADS: Final = (
-    *("scenario", "settings", "method", "foresight", "guided", "seeds", "runs", "distinct_runs"),
-    *(name for count in COUNTS for name in (count, f"{count}_low", f"{count}_high")),
-    *("time", "time_low", "time_high", "adjustments", "jerk", *PERCENTILES, "efficacy", "min_clearance", "failures"),
-)
-"""Columns before those of further metrics. Times in s, jerk in m/s^3, clearance in m; shares of 95 % intervals."""
-
-
-def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return rows of `study.flat` as CSV with a header; empty cells have no value.
-
-    Numbers are read back to the bit. A metric has three columns: its mean and the ends of its interval.
-    """
-    rows = list(rows)
-    metrics = list(dict.fromkeys(name for row in rows for name in row.get("metrics", ())))
-    heads = [*HEADS, *(head for name in metrics for head in (name, f"{name}_low", f"{name}_high"))]
-    stream = StringIO()
-    writer = csv.DictWriter(stream, heads, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(_cells(row) for row in rows)
-    return stream.getvalue()
-
-
-def _cells(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the cells of a row by column."""
-    cells = {name: row[name] for name in HEADS if name in row and name != "failures"}
-    cells["settings"] = " ".join(f"{name}={value!r}" for name, value in row["settings"].items())
-    cells["guided"] = str(row["guided"]).lower()
-    cells["failures"] = "; ".join(f"{len(one['seeds'])}: {one['reason']}" for one in row["failures"])
-    for name in (*COUNTS, "time"):
-        cells |= _interval(name, row[f"{name}_interval"])
-    cells |= zip(PERCENTILES, row["extra_time"] or (None,) * len(PERCENTILES))
-    for name, found in row.get("metrics", {}).items():
-        cells |= {name: found["mean"]} | _interval(name, found["interval"])
-    return cells
-
-
-def _interval(name: str, interval: list[float] | None) -> dict[str, float | None]:
-    low, high = interval or (None, None)
-    return {f"{name}_low": low, f"{name}_high": high}
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 # `slalom compare`.
 
 
+Tables = Annotated[list[Path] | None, Parameter(name=("--out", "--csv"), consume_multiple=True, negative=())]
 WORK = Group("Where runs are made and kept", sort_key=1)
 
 
@@ -129,6 +81,74 @@ class Work:
         return {**vars(self), "shard": shard}
 
 
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Written:
+    """Files of a comparison.
+
+    Parameters
+    ----------
+    page
+        Write the table with confidence intervals, the command and the versions to this Markdown file.
+    out
+        Write the table with confidence intervals to these files, .csv or .tex (LaTeX); also if they exist. One row for
+        each scenario and method, and a column for each setting that differs.
+    figure
+        Draw success and last arrival over the setting with the most values to this .svg, .pdf or .png file.
+    force
+        Replace a page that exists.
+    """
+
+    page: Path | None = None
+    out: Tables = None
+    figure: Path | None = None
+    look: Look | None = None
+    force: Flag = False
+
+    def prepare(self, sources: Sequence[str], study: "Study", *, part: bool) -> None:
+        """Make the folders of the files.
+
+        Raises:
+            InvalidInput: a file that would hold a `part` of the runs only; a page that exists, without `force`; another
+                suffix; a table that is one of the sources; a study that has no figure.
+        """
+        tables = self.out or []
+        for option, paths in (("--page", [self.page]), ("--out", tables), ("--figure", [self.figure])):
+            found = next((str(path) for path in paths if part and path is not None), None)
+            if found is not None:
+                raise InvalidInput(f"{option}: expected without --shard, which has a part of the runs; found {found!r}")
+        new_markdown(self.page, self.force)
+        for path in tables:
+            writer_of(path)
+        for source in sources:
+            refuse_source(source, *tables)
+        drawable(self.figure)
+        refuse_without(self.figure, self.look)
+        if self.figure is not None:
+            from slalom.view.study import axis_of
+
+            axis_of([row.settings for row in study.rows])
+        writable(self.page, self.figure, *tables)
+
+    def write(self, study: "Study", tables: Sequence[dict[str, Any]], command: str) -> None:
+        """Write the files; the `command` is that of the comparison, without the options of files."""
+        from slalom.peers import contender
+        from slalom.sim.sweep.case import versions
+
+        with_versions = versions(contender(name) for row in study.rows for name in row.methods)
+        if self.page is not None:
+            made = f"{command} --page {shlex.quote(str(self.page))}"
+            _write(self.page, page_text(tables, study.title, study.text, made, with_versions, study.missing))
+        for path in self.out or ():
+            listed = ", ".join(f"{name} {version}" for name, version in with_versions.items())
+            made = f"Made by {command} --out {shlex.quote(str(path))} with {listed}."
+            _write(path, WRITERS[path.suffix](tables, made))
+        if self.figure is not None:
+            from slalom import view
+
+            (self.look or Look()).save(view.study(tables), self.figure)
+
+
 def compare(
     scenarios: list[str],
     /,
@@ -140,9 +160,7 @@ def compare(
     only: Names = None,
     work: Work | None = None,
     data: Path | None = None,
-    page: Path | None = None,
-    csv: Path | None = None,
-    force: Flag = False,
+    written: Written | None = None,
     json: Flag = False,
 ) -> int:
     """Compare methods on the same scenarios and seeds 0, 1, ...; the table does not depend on the number of jobs.
@@ -156,7 +174,8 @@ def compare(
         Names from `slalom list scenarios`, .yaml files, .csv files of test cases (case,agent,x,y,goal_x,goal_y,
         pref_speed,radius), or study files (sample:study.yaml). Seeds are the cases of a file (sample:imazu.yaml).
     settings
-        NAME=VALUE for parameters of the scenarios or settings of every scenario; may be repeated.
+        NAME=VALUES for parameters of the scenarios or settings of every scenario; may be repeated. VALUES are numbers
+        and ranges FROM:TO:STEP, separated by commas; all combinations of the lists are compared.
     methods
         Names from `slalom list methods`, separated by commas; by default those of the study, or vo,nlvo,avo,ao,nao.
         Methods of other authors take parameters, as in orca:horizon=5:neighbours=10.
@@ -169,36 +188,45 @@ def compare(
     data
         Folder of the test cases that a study names; by default the folder of the study. Missing files are left out
         and listed.
-    page
-        Write the table with confidence intervals, the command and the versions to this Markdown file.
-    csv
-        Write the table with confidence intervals to this CSV file, one row for each scenario and method.
-    force
-        Replace a page that exists.
     json
         Print one JSON object.
     """
     from slalom.sim.sweep.study import compare_all, flat, is_study, named
 
     chosen, measured = _listed(methods), _listed(metrics)
-    changed = parse_settings(settings)
     files = _sources(scenarios)
-    study = named(files, settings=changed, methods=chosen, seeds=seeds, metrics=measured, only=only, data=data)
-    options = (work or Work()).settings()
-    _prepare(page, csv, force, files, part=options["shard"] is not None)
+    study = named(
+        files, settings=parse_lists(settings), methods=chosen, seeds=seeds, metrics=measured, only=only, data=data
+    )
+    options, targets = (work or Work()).settings(), written or Written()
+    targets.prepare(files, study, part=options["shard"] is not None)
     _print_notes(study)
-    with progress("comparing") as advance:
-        tables = compare_all(
-            study.rows, **options, note=print_message, progress=lambda done, total: advance(done / total)
-        )
-    if page is not None:
-        _write_page(page, study, tables, _command(scenarios, settings, chosen, seeds, measured, only, data, page))
-    single, rows = len(scenarios) == 1 and not is_study(files[0]), flat(tables)
-    if csv is not None:
-        _write(csv, csv_text(rows))
-    result = tables[0] if single else {"rows": rows, "left_out": study.missing}
+    finished = [0, 0]
+    try:
+        with progress("comparing") as advance:
+
+            def note(done: int, total: int) -> None:
+                finished[:] = done, total
+                advance(done / total)
+
+            tables = compare_all(study.rows, **options, note=print_message, progress=note)
+    except KeyboardInterrupt:
+        _print_stopped(finished, options["store"])
+        return INTERRUPTED
+    targets.write(study, tables, _command(scenarios, settings, chosen, seeds, measured, only, data))
+    rows = flat(tables)
+    result = tables[0] if len(tables) == 1 and not is_study(files[0]) else {"rows": rows, "left_out": study.missing}
     print_result(result, json, lambda: "\n\n".join(table_text(t) for t in tables))
     return _exit_code(rows)
+
+
+def _print_stopped(finished: Sequence[int], store: Path | None) -> None:
+    """Print which runs are kept after Ctrl-C, and how to go on; `finished` has their number and that of all."""
+    done, total = finished
+    kept = "None is kept; with --store FOLDER each finished run is."
+    if store is not None:
+        kept = f"{store} keeps the finished ones; the same command makes the others."
+    print_message(f"slalom: stopped after {done} of {total} runs. {kept}" if done else f"slalom: stopped. {kept}")
 
 
 def _sources(names: Sequence[str]) -> list[str]:
@@ -207,24 +235,6 @@ def _sources(names: Sequence[str]) -> list[str]:
     for file in files:
         refuse_run(file)
     return files
-
-
-def _prepare(page: Path | None, csv: Path | None, force: bool, sources: Sequence[str], *, part: bool) -> None:
-    """Make the folders of the files to write.
-
-    Raises:
-        InvalidInput: a file that would hold a part of the runs only; a page that exists, without `force`; another
-            suffix than .md or .csv; a CSV file that is one of the sources.
-    """
-    for option, path in (("--page", page), ("--csv", csv)):
-        if part and path is not None:
-            raise InvalidInput(f"{option}: expected without --shard, which has a part of the runs; found {str(path)!r}")
-    new_markdown(page, force)
-    if csv is not None and csv.suffix != ".csv":
-        raise InvalidInput(f"--csv: expected a file that ends in .csv, found {str(csv)!r}")
-    for source in sources:
-        refuse_source(source, csv)
-    writable(page, csv)
 
 
 def _exit_code(rows: Sequence[dict[str, Any]]) -> int:
@@ -243,23 +253,24 @@ def _listed(names: str | None) -> list[str] | None:
 
 def _print_notes(study: "Study") -> None:
     """Print the notes on repairs and assumptions of all scenario files, each once, and the files left out."""
-    from slalom.sim.sweep.case import is_file, load
+    from slalom.peers import contender
+    from slalom.sim.sweep.case import drawn, is_cases, is_file, load, without_effect
 
-    messages = [note for row in study.rows if is_file(row.name) for note in load(row.scenario, row.settings).notes]
-    for note in dict.fromkeys(messages):
-        print_message(note)
+    print_notes(
+        list(dict.fromkeys(n for row in study.rows if is_file(row.name) for n in load(row.name, row.settings).notes))
+    )
+    unused: dict[str, dict[str, None]] = {}
+    for row in study.rows:
+        if is_cases(row.name):
+            continue
+        scenario = drawn(row.name, row.settings)
+        for name in row.methods:
+            for setting in without_effect(scenario, contender(name, installed=False)) & row.settings.keys():
+                unused.setdefault(setting, {})[f"{name} in {row.name}"] = None
+    for setting, found in sorted(unused.items()):
+        print_message(f"{setting}: no effect on {', '.join(found)}")
     for name in study.missing:
         print_message(f"{name}: left out, no such file; --data gives the folder of the test cases")
-
-
-def _write_page(page: Path, study: "Study", tables: Sequence[dict[str, Any]], command: str) -> None:
-    """Write the page, with the versions of the libraries and methods used."""
-    from slalom.peers import contender
-    from slalom.sim.sweep.case import versions
-
-    made_with = versions(contender(name) for row in study.rows for name in row.methods)
-    text = page_text(tables, study.title, study.text, command, made_with, study.missing)
-    _write(page, text)
 
 
 def _write(path: Path, text: str) -> None:
@@ -276,9 +287,8 @@ def _command(
     metrics: list[str] | None,
     only: Sequence[str] | None,
     data: Path | None,
-    page: Path,
 ) -> str:
-    """Return the command line without the options that do not affect the table (jobs, backend, store)."""
+    """Return the command line without files and the options that do not affect the table (jobs, backend, store)."""
     tokens = ["slalom", "compare", *scenarios]
     tokens += [token for setting in settings or () for token in ("--set", setting)]
     tokens += [] if methods is None else ["--methods", ",".join(methods)]
@@ -287,4 +297,4 @@ def _command(
     tokens += ["--only", *only] if only else []
     # The folder differs between machines; the page must not.
     tokens += [] if data is None else ["--data", "DATA_DIR"]
-    return shlex.join([*tokens, "--page", str(page)])
+    return shlex.join(tokens)

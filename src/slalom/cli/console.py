@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -29,6 +30,7 @@ Larger: fewer commands print it. Smaller: short commands print it too.
 DONE = 0
 FAILED = 1
 BAD_INPUT = 2
+INTERRUPTED = 130
 
 
 def whole_number(_: type, tokens: Sequence[Token]) -> int:
@@ -49,18 +51,54 @@ SAMPLE = "sample:"
 """Beginning of the name of a file that slalom brings, see `resolved`."""
 
 
+MOST_VALUES: Final = 10_000
+"""[1] Values of one setting on the command line. Larger: a slip in a step runs for days. Smaller: fewer values."""
+
+
 def parse_settings(settings: Sequence[str] | None) -> dict[str, float]:
-    """Parse NAME=VALUE pairs into a mapping. Raises InvalidInput for any other text."""
-    parsed: dict[str, float] = {}
-    for setting in settings or ():
-        name, equals, value = setting.partition("=")
-        try:
-            parsed[name] = float(value)
-        except ValueError:
-            equals = ""
-        if not name or not equals:
-            raise InvalidInput(f"--set: expected NAME=NUMBER, found {setting!r}")
+    """Parse NAME=NUMBER into a mapping. Raises InvalidInput for any other text, and for a list of numbers."""
+    parsed = {}
+    for name, values in parse_lists(settings).items():
+        if len(values) > 1:
+            listed = ", ".join(f"{value:g}" for value in values[:4])
+            raise InvalidInput(f"--set {name}: expected one number, found {listed}; `slalom compare` takes lists")
+        (parsed[name],) = values
     return parsed
+
+
+def parse_lists(settings: Sequence[str] | None) -> dict[str, list[float]]:
+    """Parse NAME=VALUES into a mapping. VALUES are numbers and ranges FROM:TO:STEP, separated by commas.
+
+    Raises:
+        InvalidInput: any other text, a name twice, a range without a value or with more than MOST_VALUES.
+    """
+    parsed: dict[str, list[float]] = {}
+    for setting in settings or ():
+        name, equals, text = setting.partition("=")
+        each = [_values(part) for part in text.split(",")]
+        if not name or not equals or not all(each):
+            raise InvalidInput(f"--set: expected NAME=NUMBER, found {setting!r}")
+        if name in parsed:
+            raise InvalidInput(f"--set: expected each name once, found {name!r} twice; a list is {name}=1,2,3")
+        parsed[name] = [value for values in each for value in values]
+    return parsed
+
+
+def _values(text: str) -> list[float]:
+    """Return a number, or those of a range FROM:TO:STEP with both ends, as decimals: 0:0.3:0.1 ends with 0.3.
+
+    Another text has none. Raises InvalidInput for a range of no value, or of more than MOST_VALUES.
+    """
+    try:
+        if ":" not in text:
+            return [float(text)]
+        first, last, step = (Decimal(part.strip()) for part in text.split(":"))
+        count = int((last - first) // step) + 1 if step and (last - first) / step >= 0 else 0
+    except (ValueError, ArithmeticError):
+        return []
+    if not 1 <= count <= MOST_VALUES:
+        raise InvalidInput(f"--set: expected a range of 1 to {MOST_VALUES} values, found {text!r} with {count}")
+    return [float(first + k * step) for k in range(count)]
 
 
 def writable(*paths: Path | None) -> None:

@@ -167,7 +167,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "ScenarioRowSpec": {
         "scenario": "a name of the gallery, a scenario file, or a file of test cases",
-        "settings": "NAME: VALUE of parameters and settings",
+        "settings": "NAME: VALUE of parameters and settings; lists of values are combined",
         "methods": "of this row",
         "seeds": "number of seeds of this row",
     },
@@ -254,7 +254,8 @@ def in_words(hint: Any, metadata: Sequence[Any] = ()) -> str:
         inner = in_words(item)
         return f"list of {inner}s" if inner in ("number", "text") else f"list of ({inner})"
     if get_origin(hint) is dict:
-        return f"mapping from texts to {in_words(get_args(hint)[1])}s"
+        inner = in_words(get_args(hint)[1]).removesuffix("s")
+        return f"mapping from texts to {inner}s"
     if get_origin(hint) is tuple:
         return f"list of {len(get_args(hint))}: {', '.join(in_words(item) for item in get_args(hint))}"
     if get_args(hint):

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -297,9 +296,8 @@ def _step_at(at: float, dt: float, count: int) -> int:
 
 def _of_run(file: Path, at: float | None) -> Found:
     """The decision in force at a time [s] after the start of a recorded run, made again, and its method."""
-    with Extra("view", "explain"):
-        from slalom.live.recorded import recorded
     from slalom.sim import Recording, decision_at
+    from slalom.sim.run.recorded import recorded
 
     recording = Recording.load(file)
     found = recorded(recording)

@@ -239,8 +239,8 @@ RESOLUTION: Final = 300.0
 
 @Parameter(name="*", group=GROUP)
 @dataclass(frozen=True, kw_only=True)
-class VectorLook:
-    """Size and text of figures without pixels."""
+class Look:
+    """Size and text of figures."""
 
     figure_width: Annotated[
         float | None,
@@ -249,6 +249,7 @@ class VectorLook:
         ),
     ] = None
     font_scale: Annotated[float, Parameter(help="Factor of all sizes of text.")] = 1.0
+    resolution: Annotated[float, Parameter(help="Dots per inch of .png files.")] = RESOLUTION
 
     def __post_init__(self) -> None:
         from slalom.base.checks import positive
@@ -257,11 +258,6 @@ class VectorLook:
             if getattr(self, item.name) is not None:
                 positive(getattr(self, item.name), f"--{item.name.replace('_', '-')}")
 
-    @property
-    def dots(self) -> float:
-        """Dots per inch of what is drawn as pixels."""
-        return RESOLUTION
-
     def save(self, figure: Any, path: Path) -> Path:
         """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
         from slalom import view
@@ -269,22 +265,10 @@ class VectorLook:
         try:
             shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
             with writing(path):
-                return view.save(shown, path, resolution=self.dots)
+                return view.save(shown, path, resolution=self.resolution)
         except InvalidInput as error:
             name, _, text = str(error).partition(":")
             raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
-
-
-@Parameter(name="*", group=GROUP)
-@dataclass(frozen=True, kw_only=True)
-class Look(VectorLook):
-    """Size and text of figures."""
-
-    resolution: Annotated[float, Parameter(help="Dots per inch of .png files.")] = RESOLUTION
-
-    @property
-    def dots(self) -> float:
-        return self.resolution
 
 
 def drawable(figure: Path | None) -> None:

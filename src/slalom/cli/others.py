@@ -24,7 +24,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.options import Look, SignedText, VectorLook, drawable, refuse_without
+from slalom.cli.options import Look, SignedText, drawable, refuse_without
 from slalom.cli.report import FORESIGHT_SENTENCES, files_text, list_text, with_values
 
 Rows = dict[str, dict[str, Any]]
@@ -153,7 +153,7 @@ def reproduce(
     jobs: Whole = 2,
     quick: Flag = False,
     force: Flag = False,
-    look: VectorLook | None = None,
+    look: Look | None = None,
     json: Flag = False,
 ) -> int:
     """Draw the figures of the paper and measure its claims; all of them, or those named. All take 6 to 8 minutes.
@@ -161,7 +161,7 @@ def reproduce(
     Parameters
     ----------
     names
-        Figures and claims from `slalom list figures`.
+        Figures and claims from `slalom list figures`; NAME.pdf and NAME.png are the figure in that format.
     out
         Folder for NAME.svg of each figure and NAME.json of each claim; created if needed.
     page
@@ -191,9 +191,9 @@ def reproduce(
             print_message(f"{len(begun)} of {len(chosen)}: {name}")
 
     with progress("reproducing", estimated=False) as advance, writing(out):
-        save = (look or VectorLook()).save
-        written = entries.make(chosen, out, effort, page_path=page, save=save, progress=advance, begin=begin)
-    result = {**effort._asdict(), "entries": chosen, "files": [str(path) for path in written]}
+        save = (look or Look()).save
+        written = entries.make(names, out, effort, page_path=page, save=save, progress=advance, begin=begin)
+    result = {**effort._asdict(), "entries": list(chosen), "files": [str(path) for path in written]}
     print_result(result, json, lambda: files_text(result))
     return DONE
 

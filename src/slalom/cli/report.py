@@ -1,8 +1,9 @@
 """Results as text for a terminal, and the Markdown page of a comparison."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+
+from slalom.sim.sweep.tables import count, decimal, failures, metric_text, printed, scenario_text, yes
 
 if TYPE_CHECKING:
     from slalom.sim import Recording
@@ -32,26 +33,6 @@ CONSTANTS: Final = {
     "COURSE_RATE": "rad/s",
 }
 """Units of the constants in the docstrings and formulas of metrics."""
-
-FILES: Final = (".csv", ".yaml", ".yml")
-"""Suffixes of the scenarios that are files."""
-COLUMNS: Final = (
-    "scenario",
-    "method",
-    "foresight",
-    "runs",
-    "guided",
-    "with a collision",
-    "all arrived",
-    "success",
-    "last arrival s",
-    "adjustments",
-    "jerk m/s^3",
-    "extra time s",
-    "efficacy",
-    "least clearance m",
-)
-"""Column headings of the table of a page."""
 
 
 def with_values(text: str) -> str:
@@ -142,35 +123,24 @@ def table_text(result: dict[str, Any]) -> str:
     """Format a comparison in one scenario as a table, one row per method, followed by the runs without a result."""
     width = max(8, *(len(name) + 1 for name in result["methods"]))
     lines = [
-        f"{_scenario_text(result)}, {_runs_text(result)}",
+        f"{scenario_text(str(result['scenario']), result['settings'])}, {_runs_text(result)}",
         f"{'method':{width}}{'foresight':>10}{'guided':>8}{'collided':>10}{'arrived':>10}{'time s':>10}"
         f"{'adjustm.':>10}{'jerk m/s^3':>12}{'clearance m':>13}",
     ]
     for name, row in result["methods"].items():
         if row["runs"]:
-            collided, arrived = (_count(row, f"runs_{what}") for what in ("with_collision", "all_arrived"))
-            counts = f"{row['foresight']:>10}{_yes(row['guided']):>8}{collided:>10}{arrived:>10}"
+            collided, arrived = (count(row, f"runs_{what}") for what in ("with_collision", "all_arrived"))
+            counts = f"{row['foresight']:>10}{yes(row['guided']):>8}{collided:>10}{arrived:>10}"
             lines.append(
-                f"{name:{width}}{counts}{_number(row['time'], 2):>10}{row['adjustments']:>10.1f}"
-                f"{_number(row['jerk'], 2):>12}{_number(row['min_clearance'], 3):>13}"
+                f"{name:{width}}{counts}{decimal(row['time'], 2):>10}{row['adjustments']:>10.1f}"
+                f"{decimal(row['jerk'], 2):>12}{decimal(row['min_clearance'], 3):>13}"
             )
         else:
-            lines.append(f"{name:{width}}{'-':>10}{_yes(row['guided']):>8}" + 4 * f"{'-':>10}" + f"{'-':>12}{'-':>13}")
+            lines.append(f"{name:{width}}{'-':>10}{yes(row['guided']):>8}" + 4 * f"{'-':>10}" + f"{'-':>12}{'-':>13}")
     for name, row in result["methods"].items():
-        lines += [f"{name}: {reason}" for reason in _failures(row, result["seeds"])]
-        lines += [f"{name}: {metric} {_metric(row, metric)}" for metric in row.get("metrics", ())]
+        lines += [f"{name}: {reason}" for reason in failures(result, row)]
+        lines += [f"{name}: {metric} {metric_text(row, metric)}" for metric in row.get("metrics", ())]
     return "\n".join(lines)
-
-
-def _metric(row: dict[str, Any], name: str) -> str:
-    """Format the mean of a metric with its confidence interval and range; "-" where it has no value."""
-    found = row.get("metrics", {}).get(name)
-    if found is None or found["mean"] is None:
-        return "-"
-    if found["interval"] is None:
-        return f"{found['mean']:.4g}"
-    (low, high), (least, most) = found["interval"], found["range"]
-    return f"{found['mean']:.4g} ({low:.4g}-{high:.4g}), {least:.4g} to {most:.4g}"
 
 
 def page_text(
@@ -188,9 +158,7 @@ def page_text(
         command: command line that made the page. versions: version by name of library or method.
         left_out: names of the missing files of test cases.
     """
-    rows = [row for table in tables for row in table["methods"].values()]
-    metrics = list(dict.fromkeys(name for row in rows for name in row.get("metrics", ())))
-    heads = [*COLUMNS, *metrics]
+    heads, *rows = printed(tables)
     made_with = ", ".join(f"{name} {version}" for name, version in versions.items())
     lines = [
         f"# {title or 'Comparison'}",
@@ -213,26 +181,8 @@ def page_text(
         f"| {' | '.join(heads)} |",
         "|---" * len(heads) + "|",
     ]
-    for table in tables:
-        for name, row in table["methods"].items():
-            cells = [
-                _scenario_text(table),
-                name,
-                row["foresight"] or "-",
-                "; ".join([_runs_of(table, row), *_failures(row, table["seeds"])]),
-                _yes(row["guided"]),
-                _share(table, row, "runs_with_collision"),
-                _share(table, row, "runs_all_arrived"),
-                _share(table, row, "runs_successful"),
-                _mean(row),
-                _number(row["adjustments"], 1),
-                _number(row["jerk"], 2),
-                ", ".join(_number(x, 2) for x in row["extra_time"] or [None]),
-                _number(row["efficacy"], 2),
-                _number(row["min_clearance"], 3),
-                *(_metric(row, name) for name in metrics),
-            ]
-            lines.append("| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |")
+    for row in rows:
+        lines.append("| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in row) + " |")
     return "\n".join(lines) + "\n"
 
 
@@ -242,60 +192,6 @@ def _omission_sentence(left_out: Sequence[str]) -> str:
     return f"Left out, because the files of test cases were missing when this page was made: the rows of {files}."
 
 
-def _scenario_text(result: dict[str, Any]) -> str:
-    """Return a scenario with its settings; for a file its name without the folder."""
-    settings = ", ".join(f"{name}={value:g}" for name, value in result["settings"].items())
-    scenario = str(result["scenario"])
-    # The folder differs between machines; the page must not.
-    return f"{Path(scenario).name if scenario.endswith(FILES) else scenario} {settings}".rstrip()
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
-
-
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:.{digits}f}"
-
-
 def _runs_text(table: dict[str, Any]) -> str:
     """Return the number of seeds, or that all give the same run."""
     return "deterministic: 1 run" if table["deterministic"] else counted(table["seeds"], "seed")
-
-
-def _runs_of(table: dict[str, Any], row: dict[str, Any]) -> str:
-    """Return the number of runs of a method; equal runs are one."""
-    return f"{row['distinct_runs']}, deterministic" if table["deterministic"] and row["runs"] else str(row["runs"])
-
-
-def _count(row: dict[str, Any], name: str) -> int:
-    """Return a count of runs; equal runs are one."""
-    return min(int(row[name]), int(row["distinct_runs"]))
-
-
-def _share(table: dict[str, Any], row: dict[str, Any], count: str) -> str:
-    """Format a count and the confidence interval of its share."""
-    if not row["runs"]:
-        return "-"
-    if table["deterministic"]:
-        return str(_count(row, count))
-    low, high = row[f"{count}_interval"]
-    return f"{row[count]} ({100 * low:.0f}-{100 * high:.0f} %)"
-
-
-def _mean(row: dict[str, Any]) -> str:
-    """Format the mean time and its confidence interval."""
-    interval = row["time_interval"]
-    return _number(row["time"], 1) + (f" ({interval[0]:.1f}-{interval[1]:.1f})" if interval else "")
-
-
-def _failures(row: dict[str, Any], seeds: int) -> list[str]:
-    """Return one text per reason for which runs have no result, with their seeds."""
-    reasons = []
-    for failure in row["failures"]:
-        seeds_failed, count = failure["seeds"], len(failure["seeds"])
-        listed = ", ".join(str(seed) for seed in seeds_failed[:6]) + (", ..." if count > 6 else "")
-        reasons.append(
-            ("none ran" if count == seeds else f"{count} did not run (seeds {listed})") + f": {failure['reason']}"
-        )
-    return reasons

@@ -291,7 +291,7 @@ def show(
     recording = Recording.load(run)
     result = summary(recording)
     if drawn.figure is not None:
-        from slalom.live.recorded import recorded
+        from slalom.sim.run.recorded import recorded
 
         writable(drawn.figure)
         found = recorded(recording)

@@ -10,6 +10,7 @@ from slalom.base.errors import InvalidInput
 from slalom.base.extras import Extra
 from slalom.cli.console import (
     DONE,
+    Flag,
     OldForce,
     Settings,
     Whole,
@@ -132,6 +133,7 @@ def animate(
     fps: float = 25.0,
     speed: float = 1.0,
     trail: float = 3.0,
+    control_space: Flag = False,
     force: OldForce = False,
 ) -> int:
     """Write a video of a run: robots, obstacles, goals and trails in the workspace.
@@ -150,6 +152,8 @@ def animate(
         Seconds of the run in a second of video.
     trail
         Time [s] of the run behind each robot that is drawn as a line.
+    control_space
+        Draw the control space of the only robot beside the workspace, and the reason of each decision.
     """
     from slalom.view import animate as write
     from slalom.view.film import checked
@@ -158,7 +162,16 @@ def animate(
     recording = _recording(run)
     writable(video)
     with progress("animating") as advance, writing(video):
-        write(recording, video, width=width, fps=fps, speed=speed, trail=trail, progress=advance)
+        write(
+            recording,
+            video,
+            width=width,
+            fps=fps,
+            speed=speed,
+            trail=trail,
+            control_space=control_space,
+            progress=advance,
+        )
     print_line(str(video))
     return DONE
 
@@ -194,9 +207,9 @@ def _sessions(
         options = {"--method": method, "--set": settings, "--at": at, "--agent": agent}
         for option in (option for option, value in options.items() if value or value == 0.0):
             raise InvalidInput(f"{option}: expected none with the file of a decision, found {options[option]!r}")
-        from slalom.live.recorded import of_decision
+        from slalom.live.recorded import of_file
 
-        shown = of_decision(name)
+        shown = of_file(name)
         return lambda: Session.of(shown, method_of(DEFAULT_METHOD))
     replayable, tracks = Path(name).suffix in RUNS and os.path.isfile(name), False
     if not replayable:
@@ -215,7 +228,7 @@ def _sessions(
         replayed = as_recorded(tracks_of(name, reading, crossing), chosen_or(DEFAULT_METHOD), agent, at)
         return lambda: Session.of(replayed, method_of(DEFAULT_METHOD))
     if replayable:
-        from slalom.live.recorded import recorded
+        from slalom.sim.run.recorded import recorded
 
         found = recorded(_recording(Path(name)))
         if method is None and not settings:

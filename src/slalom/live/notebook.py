@@ -8,9 +8,10 @@ from slalom.base.errors import InvalidInput
 from slalom.base.extras import Extra
 from slalom.decision.methods import METHODS, Method
 from slalom.live.messages import Scene, block, file_page, pack, renderer, series
-from slalom.live.recorded import how_ended, messages, recorded
+from slalom.live.recorded import how_ended, messages
 from slalom.live.session import Session
 from slalom.sim.measure.recording import Recording
+from slalom.sim.run.recorded import recorded
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import Scenario
 

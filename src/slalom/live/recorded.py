@@ -1,15 +1,15 @@
-"""The scenario and the steps of a recording, and its export as messages and as one self-contained file."""
+"""Recorded tracks and decisions as runs, and the export of a run as messages and as one self-contained file."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from slalom.base.checks import Array, positive, whole
+from slalom.base.checks import positive, whole
 from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
-from slalom.decision.methods import HOLDS, METHODS, Method, method
+from slalom.decision.methods import Method
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import Ended, Scene, ended, file_page, series
@@ -19,94 +19,12 @@ from slalom.model.limits import Limits
 from slalom.model.response import Acceleration, advance
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
-from slalom.peers import contender
 from slalom.sim.explanation import known_at
 from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.recorded_traffic import MAX_DURATION, Recorded as Tracks
 from slalom.sim.measure.recording import Recording, Step
-from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers
-
-
-class Recorded(NamedTuple):
-    """A recorded run.
-
-    Attributes:
-        method: by which all robots decided; None if it has no control space here. name: of the method.
-        end: the states at the end, as a step. arrived: (n,) absolute times [s], inf for robots that did not arrive.
-        notes: assumptions, a sentence each. seed: of the errors of sensing and messages.
-        decision: the only one, of a file; None: the decisions of the method are made again.
-    """
-
-    scenario: Scenario
-    method: Method | None
-    name: str
-    steps: list[Step]
-    end: Step
-    arrived: Array
-    notes: tuple[str, ...]
-    seed: int = 0
-    decision: Decision | None = None
-
-
-def recorded(recording: Recording) -> Recorded:
-    """Return the scenario of a recording, the method of its robots, and its steps.
-
-    Raises:
-        InvalidInput: a run without a step.
-    """
-    count = len(recording.accelerations)
-    if not count:
-        raise InvalidInput("recording: expected a run with at least one step, found a robot that starts at its goal")
-    settings = {name: value for name, value in recording.settings.items() if name in SETTINGS}
-    notes = [] if settings else ["The file states no settings: horizon, margin and holds are the default ones."]
-    robots = tuple(
-        Robot(shape, limits, State(recording.positions[0, k], recording.velocities[0, k]), goal, f"robot {k}")
-        for k, (shape, limits, goal) in enumerate(zip(recording.shapes, recording.limits, recording.goals))
-    )
-    scenario = Scenario(
-        recording.scenario,
-        robots,
-        recording.obstacles,
-        start=float(recording.times[0]),
-        duration=float(recording.times[-1] - recording.times[0]),
-        period=recording.period,
-        holds=recording.holds or HOLDS,
-        **from_numbers({**settings, "dt": recording.dt}),
-    )
-    steps = [
-        Step(
-            recording.positions[k],
-            recording.velocities[k],
-            recording.accelerations[k],
-            recording.controls[k],
-            recording.responses.rows[k],
-            recording.outcomes[k],
-            recording.decision_times[k],
-        )
-        for k in range(count)
-    ]
-    found, more = method_of(recording)
-    end = last_state(recording.positions[-1], recording.velocities[-1])
-    return Recorded(scenario, found, recording.method, steps, end, recording.arrived, (*notes, *more), recording.seed)
-
-
-def last_state(positions: Array, velocities: Array) -> Step:
-    """Return the states (n, d) at the end of a run as a step without accelerations and decisions."""
-    zero, none = np.zeros_like(positions), ("",) * len(positions)
-    return Step(positions, velocities, zero, zero, none, none, np.zeros(len(positions)))
-
-
-def method_of(recording: Recording) -> tuple[Method | None, tuple[str, ...]]:
-    """Return the method of a recording, None for peers, mixed and unknown ones; and a sentence if it is None."""
-    name = recording.method
-    plain = name.partition("@")[0]
-    if plain in METHODS and "+" not in name:
-        return method(name), ()
-    if "+" in name:
-        return None, (f"The robots decide by different methods ({name}): no control space is shown.",)
-    contender(name, installed=False)
-    return None, (f"{name} is a method of another project: it has no control space here.",)
-
+from slalom.sim.run.recorded import Recorded, last_state, recorded
+from slalom.sim.scenario import Robot, Scenario, from_numbers
 
 # ---------------------------------------------------------------------------------------------------------------------
 # An agent of a recording of tracks as a robot that moves as recorded, among the other agents.
@@ -165,23 +83,33 @@ def as_recorded(tracks: Tracks, method: Method, agent: str | None = None, at: fl
     return Recorded(scenario, method, method.name, steps, end, times[-1:], ())
 
 
-def of_decision(path: Path | str) -> Recorded:
-    """Return the decision of a file that `Decision.dump` wrote, as a run of one step among the predicted obstacles.
+def of_file(path: Path | str) -> Recorded:
+    """Return the decision of a file that `Decision.dump` wrote, made again, as `of_decision`.
 
     Raises:
         InvalidFile: mistakes in the file. InvalidInput: a scene that cannot run.
     """
     read = read_decision(path)
-    navigator, made = read.navigator, read.inputs
     decision, same = read.repeat()
-    known = known_at(decision)
     notes = [] if same else [f"The decision differs from the one that was written, with {read.versions}."]
+    return of_decision(decision, Path(path).name, notes)
+
+
+def of_decision(decision: Decision, name: str, notes: Sequence[str] = ()) -> Recorded:
+    """Return a decision as a run of one step among the predicted obstacles.
+
+    Raises:
+        InvalidInput: a decision that no navigator made, or a scene that cannot run.
+    """
+    known, made = known_at(decision), decision.inputs
+    assert made is not None
+    navigator, notes = known.navigator, list(notes)
     if made.robots is not None and len(made.robots):
         notes.append(f"{len(made.robots)} observed robots, which share the avoidance, are not shown.")
     goal = Goal(Stationary(made.state.position)) if made.goal is None else made.goal
     robot = Robot(navigator.robot, navigator.limits, made.state, goal, objective=navigator.objective)
     scenario = Scenario(
-        Path(path).name,
+        name,
         (robot,),
         tuple(known.blocked.obstacles.obstacles),
         start=made.now,

@@ -143,8 +143,11 @@ def application(begin: Callable[[], Session], title: str, token: str) -> Starlet
             return
         await websocket.accept()
         with contextlib.suppress(WebSocketDisconnect, TimeoutError):
-            session = await notice.during(begin, websocket)
-            await _serve(websocket, session, notice)
+            try:
+                session = await notice.during(begin, websocket)
+                await _serve(websocket, session, notice)
+            except InvalidInput as error:
+                await _send(websocket, [pack("error", {"text": str(error)}, {})])
 
     return Starlette(routes=[Route("/", page), WebSocketRoute("/messages", messages)])
 
@@ -238,6 +241,14 @@ class Server:
         self.port = int(self._socket.getsockname()[1])
         self.address = f"http://{HOST}:{self.port}/?token={self.token}"
         self._application = application(begin, title, self.token)
+        self._serving: Any = None
+        self._stopped = False
+
+    def stop(self) -> None:
+        """Stop serving, from another thread; a server that does not serve yet stops at once."""
+        self._stopped = True
+        if self._serving is not None:
+            self._serving.should_exit = True
 
     def run(self, started: Callable[[], None] | None = None) -> None:
         """Serve until Ctrl-C (or SIGTERM); call `started` once connections are accepted."""
@@ -253,7 +264,8 @@ class Server:
             timeout_graceful_shutdown=1,
             lifespan="off",
         )
-        server = uvicorn.Server(config)
+        server = self._serving = uvicorn.Server(config)
+        server.should_exit = self._stopped
 
         async def serve() -> None:
             serving = asyncio.create_task(server.serve(sockets=[self._socket]))

@@ -15,7 +15,6 @@ from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import Scene, ended, pack, series
-from slalom.live.recorded import Recorded, last_state
 from slalom.live.seen import (
     VIEW_SAMPLES,
     Knowledge,
@@ -41,6 +40,7 @@ from slalom.obstacle.periodic import moved
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenario
 from slalom.sim.measure.recording import Step
+from slalom.sim.run.recorded import Recorded, last_state
 from slalom.sim.run.simulate import Run
 from slalom.sim.scenario import Robot, Scenario
 

@@ -13,6 +13,7 @@ from slalom.base.checks import known
 from slalom.base.errors import InvalidInput
 from slalom.paper import TITLES, controller, definitions, oscillation, road, roundabout
 from slalom.paper.findings import CLAIMS, Result, paragraph
+from slalom.view.style import FORMATS
 
 Advance = Callable[[float], None]
 
@@ -246,18 +247,19 @@ def page(names: Sequence[str], results: Mapping[str, Result], quick: bool, links
         results: results of the claims by name. quick: whether they are of a quick run.
         links: prefix of links to files.
     """
-    chosen = [ENTRIES[name] for name in names]
+    suffixes = names_of(names)
+    chosen = [ENTRIES[name] for name in suffixes]
     parts = ["# The paper, reproduced", paragraph(_HEAD[0]), "```\nslalom reproduce --out out/paper\n```"]
     parts += [paragraph(_HEAD[1])] + ([_QUICK] if quick else [])
     parts += ["## Contents", "\n".join(f"- [{entry.title}](#{entry.name}): `{entry.name}`" for entry in chosen)]
     if any(entry.draw for entry in chosen):
         parts.append("## Figures")
-        parts += [text for entry in chosen if entry.draw for text in _drawn(entry, links)]
+        parts += [text for entry in chosen if entry.draw for text in _drawn(entry, links, suffixes[entry.name])]
     if results:
         parts.append("## Claims")
         for entry in chosen:
             if entry.name in results:
-                parts += [*_heading(entry), *([_picture(entry, links)] if entry.plot else [])]
+                parts += [*_heading(entry), *([_picture(entry, links, suffixes[entry.name])] if entry.plot else [])]
                 parts += CLAIMS[entry.name](results[entry.name])
                 parts.append(f"All numbers: [{entry.name}.json]({links}{entry.name}.json).")
     return "\n\n".join(parts) + "\n"
@@ -271,22 +273,38 @@ def _heading(entry: Entry) -> list[str]:
     ]
 
 
-def _drawn(entry: Entry, links: str) -> list[str]:
+def _drawn(entry: Entry, links: str, suffix: str) -> list[str]:
     heading, *caption = _heading(entry)
-    return [heading, _picture(entry, links), *caption]
+    return [heading, _picture(entry, links, suffix), *caption]
 
 
-def _picture(entry: Entry, links: str) -> str:
-    return f"![{entry.title}]({links}{entry.name}.svg)"
+def _picture(entry: Entry, links: str, suffix: str) -> str:
+    # Browsers do not show a PDF as a picture.
+    return f"{'' if suffix == '.pdf' else '!'}[{entry.title}]({links}{entry.name}{suffix})"
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Production of figures, results of claims, and the page.
 
 
-def names_of(names: Sequence[str]) -> list[str]:
-    """Return the names of the entries to produce: the given ones, or all. Raises InvalidInput for an unknown name."""
-    return [known(name, "figure or claim", list(ENTRIES)) for name in dict.fromkeys(names)] or list(ENTRIES)
+SUFFIX: Final = ".svg"
+"""Format of figures that are named without one."""
+
+
+def names_of(names: Sequence[str]) -> dict[str, str]:
+    """Return the entries to produce, by default all, and the suffix of the figure of each: of NAME.pdf it is .pdf.
+
+    Raises:
+        InvalidInput: an unknown name, or another suffix than those of figures.
+    """
+    found = {}
+    for given in names or ENTRIES:
+        name, dot, kind = given.partition(".")
+        known(name, "figure or claim", list(ENTRIES))
+        found[name] = f".{kind}" if dot else SUFFIX
+        if found[name] not in FORMATS:
+            raise InvalidInput(f"figure or claim: expected {name}, or with {', '.join(FORMATS)}; found {given!r}")
+    return found
 
 
 def make(
@@ -302,7 +320,7 @@ def make(
     """Draw and measure the entries of these names.
 
     Args:
-        names: names in the table of entries. out: folder for NAME.svg and NAME.json, created if needed.
+        names: as of `names_of`. out: folder for figures and for NAME.json of each claim, created if needed.
         page_path: file of the page, by default `out` / paper.md. save: writes a figure.
         progress: called with the share done. begin: called with the name of each entry before it is made.
 
@@ -312,7 +330,8 @@ def make(
     Raises:
         InvalidInput: an unknown name, no seed, or no job.
     """
-    chosen = [ENTRIES[known(name, "figure or claim", list(ENTRIES))] for name in names]
+    suffixes = names_of(names)
+    chosen = [ENTRIES[name] for name in suffixes]
     if effort.seeds < 1 or effort.jobs == 0:
         raise InvalidInput(
             f"seeds, jobs: expected seeds of 1 or more and jobs not 0, found {effort.seeds} and {effort.jobs}"
@@ -327,7 +346,7 @@ def make(
             progress((done + share * weight) / total)
 
         if entry.draw is not None:
-            written.append(save(entry.draw(), out / f"{entry.name}.svg"))
+            written.append(save(entry.draw(), out / f"{entry.name}{suffixes[entry.name]}"))
         if entry.measure is not None:
             target = out / f"{entry.name}.json"
             text = json.dumps(entry.measure(effort, advance), indent=1, allow_nan=False)
@@ -335,7 +354,7 @@ def make(
             results[entry.name] = json.loads(text)
             written.append(target)
             if entry.plot is not None:
-                written.append(save(entry.plot(results[entry.name]), out / f"{entry.name}.svg"))
+                written.append(save(entry.plot(results[entry.name]), out / f"{entry.name}{suffixes[entry.name]}"))
         done += entry.weight
         progress(done / total)
     paper = page_path or out / "paper.md"

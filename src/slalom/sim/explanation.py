@@ -299,6 +299,18 @@ AT_LIMIT: Final = 1e-3
 """[1] Share of a limit up to which a manoeuvre is said to reach it. Larger: more limits are named. Smaller: fewer."""
 
 
+def reasons_of(decision: Decision) -> tuple[Reasons, list[Met]]:
+    """Return the reasons of a decision of one robot, and the obstacles that their rows name.
+
+    Raises:
+        InvalidInput: a decision that no navigator made.
+    """
+    drawn, age = drawn_controls(beginning_of(decision)), known_at(decision).time - decision.manoeuvre.start
+    obstacles = drawn.blocked.obstacles.obstacles
+    others = [Met(one.name or f"obstacle {k}", one) for k, one in enumerate(obstacles)]
+    return reasons(drawn, others, decision.outcome.name, age), others
+
+
 def explanation(decision: Decision) -> dict[str, Any]:
     """Return why a robot decided as it did, as values of JSON.
 
@@ -310,12 +322,7 @@ def explanation(decision: Decision) -> dict[str, Any]:
     Raises:
         InvalidInput: a decision that no navigator made.
     """
-    now, then = known_at(decision), beginning_of(decision)
-    drawn = drawn_controls(then)
-    obstacles = drawn.blocked.obstacles.obstacles
-    others = [Met(one.name or f"obstacle {k}", one) for k, one in enumerate(obstacles)]
-    age = now.time - decision.manoeuvre.start
-    found = reasons(drawn, others, decision.outcome.name, age)
+    now, (found, others) = known_at(decision), reasons_of(decision)
     limits, alternatives = _limits_reached(decision, now), _alternatives(now)
     sentences = [*found.sentences, *_changed(decision)]
     if limits:

@@ -52,6 +52,7 @@ def decision(
     track: npt.ArrayLike | None = None,
     title: str | None = None,
     axes: tuple[Axes, Axes] | None = None,
+    extent: Extent | None = None,
     resolution: int = 201,
     uncertainty: bool = False,
 ) -> Figure:
@@ -65,6 +66,7 @@ def decision(
         track: positions (T, d) [m] of the robot up to now.
         title: title above both panels; by default method and outcome, "" for none.
         axes: axes of the two panels; by default on a new figure of a page's width.
+        extent: x from, x to, y from, y to [m] of the workspace; by default all positions, and the goal.
         resolution: number of grid points of the control space along each axis.
         uncertainty: whether to draw the regions that hold obstacles with an uncertainty.
     """
@@ -88,22 +90,23 @@ def decision(
             preferred=Manoeuvre(blocked.response, state, preferred, now.time),
             track=track,
             contact_times=blocked.times_to_collision(preferred),
+            extent=extent,
             uncertainty=uncertainty,
         )
-        extent = _velocity_extent(controls.blocked.response, navigator)
+        whole = _velocity_extent(controls.blocked.response, navigator)
         control_space(
             right,
             blocked=controls.blocked,
             admissible=controls.admissible,
             preferred=controls.preferred,
             chosen=controls.chosen,
-            extent=extent,
+            extent=whole,
             resolution=resolution,
         )
         if then.time != now.time:
             right.set_title(f"{right.get_title()}, {now.time - then.time:.1f} s ago", pad=4)
-        if extent is not None:
-            _enlarge(right, controls, extent)
+        if whole is not None:
+            _enlarge(right, controls, whole)
         heading = f"{navigator.method.name.upper()}: {decision.outcome.value}" if title is None else title
         if heading and axes is None:
             figure.suptitle(heading, y=0.985)

@@ -5,6 +5,7 @@ from fractions import Fraction
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
+from textwrap import fill
 from types import ModuleType
 from typing import Any, Final
 
@@ -17,15 +18,19 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
-from slalom.base.checks import Array, not_negative, positive, whole
+from slalom.base.checks import Array, flag, not_negative, positive, whole
 from slalom.base.errors import InvalidInput
 from slalom.base.extras import Extra
+from slalom.decision import Decision
 from slalom.kernels.arrays import Flags
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Part
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
 from slalom.sim import Recording
+from slalom.sim.explanation import reasons_of
+from slalom.sim.run.recorded import decisions, recorded
+from slalom.view.figure import decision as draw_decision
 from slalom.view.style import GOAL, INK, NEUTRAL, ROBOT, style
 from slalom.view.workspace import TIMES, body, draw_goal_path, drawn_box, silhouette
 
@@ -53,6 +58,12 @@ MOST_PICTURES: Final = 1_000_000
 """[1] Most pictures of a video: more than four hours at 60 a second."""
 CROWD: Final = 60
 """[1] Number of robots above which neither velocities nor goals are drawn."""
+HEAD, EMPTY = 0.46, 0.24
+"""[inch] Height of the sentences above a decision, and of what its figure has in their place."""
+LINE: Final = 118
+"""[1] Letters in a line of the sentences."""
+GRID: Final = 121
+"""[1] Points of the control space of a picture along each axis. Larger: finer bands of time, slower pictures."""
 VIEWS: Final = {2: ((0, 1, "x [m]", "y [m]"),), 3: ((0, 1, "x [m]", "y [m]"), (0, 2, "x [m]", "z [m]"))}
 """Panels by dimension: their axes and labels. In space they are seen from above, and from the side."""
 
@@ -99,12 +110,7 @@ class Film(Sequence[Pixels]):
     def _lay_out(self) -> None:
         """Draw the bodies at rest, once."""
         run = self.recording
-        goals = run.goals if run.period is None else ()
-        ways = [g.points if isinstance(g, PathGoal) else g.position(self.times[0])[None] for g in goals]
-        every = max(1, len(run.times) // TIMES)
-        points = np.concatenate([run.positions[::every].reshape(-1, run.dimension), *ways])
-        radius = max(shape.bounding_radius for shape in run.shapes)
-        low, high = drawn_box(points, radius, run.obstacles, float(self.times[0]), float(self.times[-1]))
+        low, high = self._box()
         canvas = self._drawn_panels(low, high, LEFT)
         cut = ceil(max(self._cut(k) for k in range(len(self.axes))))
         left = LEFT + max(0, cut)
@@ -116,6 +122,16 @@ class Film(Sequence[Pixels]):
         self._clock.set_animated(True)
         canvas.draw()
         self._canvas, self._still = canvas, canvas.copy_from_bbox(figure.bbox)
+
+    def _box(self) -> tuple[Array, Array]:
+        """Return the lower and upper corner (d,) [m] of what is drawn of the workspace."""
+        run = self.recording
+        goals = run.goals if run.period is None else ()
+        ways = [g.points if isinstance(g, PathGoal) else g.position(self.times[0])[None] for g in goals]
+        every = max(1, len(run.times) // TIMES)
+        points = np.concatenate([run.positions[::every].reshape(-1, run.dimension), *ways])
+        radius = max(shape.bounding_radius for shape in run.shapes)
+        return drawn_box(points, radius, run.obstacles, float(self.times[0]), float(self.times[-1]))
 
     def _drawn_panels(self, low: Array, high: Array, margin: int) -> Any:
         """Return the canvas of a new figure with the panels of a box (d,) [m], with this left margin [pixel]."""
@@ -176,6 +192,72 @@ class Film(Sequence[Pixels]):
             self._clock.set_text(f"{t - run.times[0]:.1f} s")
             figure.draw_artist(self._clock)
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+
+class DecisionFilm(Film):
+    """Pictures of the decisions of a run of one robot: its workspace and its control space, as `view.decision`.
+
+    A decision is drawn from its time until the next one. Its control space is the one from which its manoeuvre was
+    chosen. The title is the reason of the decision.
+
+    Raises:
+        InvalidInput: a run of several robots or of a method without control space; as `Film`.
+    """
+
+    def _lay_out(self) -> None:
+        run, found = self.recording, recorded(self.recording)
+        if found.method is None or len(run.shapes) > 1:
+            what = run.method if len(run.shapes) == 1 else f"{len(run.shapes)} robots"
+            raise InvalidInput(f"control_space: expected a run of one robot by a method of slalom, found {what}")
+        self._scenario, self._navigator = found.scenario, found.scenario.navigator(found.method)
+        self._making, self._made = decisions(run, found.scenario, found.method), list[Decision]()
+        low, high = self._box()
+        middle, half = 0.5 * (low + high)[:2], 0.5 * float(np.max((high - low)[:2]))
+        self._extent = (middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half)
+        self._drawn: tuple[int, Pixels] = (0, self._picture(0))
+        self.height = len(self._drawn[1])
+
+    def at(self, t: float) -> Pixels:
+        """Return the picture of the decision in force at time t [s], absolute."""
+        run = self.recording
+        step = min(int((t - run.times[0]) / run.dt + 1e-9), len(run.accelerations) - 1)
+        number = step // self._scenario.steps_per_decision
+        if number != self._drawn[0]:
+            self._drawn = (number, self._picture(number))
+        return self._drawn[1]
+
+    def _picture(self, number: int) -> Pixels:
+        """Return the picture of a decision, counted from 0."""
+        while len(self._made) <= number:
+            self._made.append(next(self._making))
+        run, decision = self.recording, self._made[number]
+        step = number * self._scenario.steps_per_decision
+        past = run.positions[: step + 1, 0][run.times[: step + 1] >= run.times[step] - self.trail]
+        reasons, _ = reasons_of(decision)
+        figure = draw_decision(
+            decision,
+            self._navigator,
+            self._scenario.robot.goal,
+            track=past,
+            title="",
+            extent=self._extent,
+            resolution=GRID,
+        )
+        about = f"{run.scenario}, {run.method}, {run.times[step] - run.times[0]:.1f} s. {' '.join(reasons.sentences)}"
+        with style():
+            words = Figure(figsize=(figure.get_figwidth(), HEAD))
+            words.text(0.012, 0.9, fill(about, LINE), va="top", fontsize=7.5, linespacing=1.3)
+        empty = round(EMPTY * self.width / figure.get_figwidth())
+        pixels = np.concatenate([self._rendered(words), self._rendered(figure)[empty:]])
+        return pixels[: len(pixels) - len(pixels) % 2]  # both sides of a video are even
+
+    def _rendered(self, figure: Figure) -> Pixels:
+        """Return a figure as pixels of the width of the film."""
+        figure.set_dpi(self.width / figure.get_figwidth())
+        canvas: Any = FigureCanvasAgg(figure)
+        with style():
+            canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[:, : self.width, :3]
 
 
 class _Panel:
@@ -289,6 +371,7 @@ def animate(
     fps: float = 25.0,
     speed: float = 1.0,
     trail: float = 3.0,
+    control_space: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Write a video of a run: robots, obstacles, goals and trails in the workspace.
@@ -299,13 +382,15 @@ def animate(
         path: a name ending in .mp4 or .gif. width: [pixel], even; the height follows from the run.
         fps: [1/s] pictures in a second of video. speed: seconds of the run in a second of video.
         trail: [s] of the run behind each robot that is drawn as a line. progress: called with the share that is done.
+        control_space: whether to draw each decision of the only robot, with its control space beside the workspace.
 
     Raises:
-        InvalidInput: a run without a step, another suffix, a setting outside its limits, or PyAV is not installed
-            (`pip install 'slalom[video]'`).
+        InvalidInput: a run without a step, or with a control space one of several robots or of a peer; another suffix,
+            a setting outside its limits, or PyAV is not installed (`pip install 'slalom[video]'`).
     """
     target = checked(path)
-    return write_video(target, Film(recording, width=width, fps=fps, speed=speed, trail=trail), fps, progress)
+    kind = DecisionFilm if flag(control_space, "control_space") else Film
+    return write_video(target, kind(recording, width=width, fps=fps, speed=speed, trail=trail), fps, progress)
 
 
 def checked(path: Path | str) -> Path:

@@ -155,6 +155,15 @@ def drawn_box(
         first, last = max(start, obstacle.trajectory.span[0]), min(end, obstacle.trajectory.span[1])
         if first > last:
             continue
+        if obstacle.at_rest:
+            # A wall may begin far away: the part of its box that is near counts.
+            parts = outline_parts(obstacle, first)
+            corner = np.min([part.corners.min(axis=0) - part.radius for part in parts], axis=0)
+            opposite = np.max([part.corners.max(axis=0) + part.radius for part in parts], axis=0)
+            if ((opposite > inner_low) & (corner < inner_high)).all():
+                low = np.minimum(low, np.maximum(corner, inner_low))
+                high = np.maximum(high, np.minimum(opposite, inner_high))
+            continue
         centres = obstacle.trajectory.position(np.linspace(first, last, TIMES))
         size = min(obstacle.shape.bounding_radius, reach)
         near = ((centres > inner_low) & (centres < inner_high)).all(axis=1)

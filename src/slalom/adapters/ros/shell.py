@@ -130,6 +130,7 @@ class NodeSettings:
 # A node of rclpy around the core: topics in, geometry_msgs/Twist out. Not run here: it needs an installation of ROS 2.
 #
 # Start it as `python -m slalom.adapters.ros.shell --ros-args -p radius:=0.25 -p track:=0.4 -r people:=/tracked`.
+# With `-p view:=8000` the page at this port shows the decisions, see `slalom.live.attach`.
 
 
 TOPICS: Final = {
@@ -160,6 +161,13 @@ def main() -> None:
 
     rclpy.init()
     ros = RosNode("slalom")
+    port = ros.declare_parameter("view", 0).value
+    monitor = None
+    if port:
+        from slalom.live import attach
+
+        monitor = attach(port)
+        ros.get_logger().info(f"view: {monitor.address}")
     free = ParameterDescriptor(dynamic_typing=True)  # some are None by default
     chosen = {each.name: ros.declare_parameter(each.name, each.default, free).value for each in fields(NodeSettings)}
     core, commands = NodeSettings(**chosen).node(), ros.create_publisher(Twist, "cmd_vel", 10)
@@ -177,6 +185,8 @@ def main() -> None:
             if command.status is not last[0]:
                 ros.get_logger().info(command.sentence)
             last[0] = command.status
+            if monitor is not None:
+                monitor.show(command.decision)
             commands.publish(command.twist(kinds))
 
     def receive(message: Any) -> None:

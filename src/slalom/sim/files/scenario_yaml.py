@@ -40,9 +40,10 @@ M = TypeVar("M", bound=BaseModel)
 
 
 def read_scenario(path: Path | str, seed: int = 0) -> Scenario:
-    """Return the scenario of a YAML file; of a file with `cases` the case of that number, from 0.
+    """Return the scenario of a YAML file with a seed, which is added to each `seed` in the file.
 
-    The keys of a case replace those of the file: mappings key by key, all other values as a whole.
+    Of a file with `cases` it is the number of the case, from 0. The keys of a case replace those of the file: mappings
+    key by key, all other values as a whole.
 
     Raises:
         InvalidFile: one line `file:line:column: KEY: expected ..., found ...` for each mistake. InvalidInput: no such
@@ -51,7 +52,7 @@ def read_scenario(path: Path | str, seed: int = 0) -> Scenario:
     path = Path(path)
     root, content = _composed(path)
     if not _has_cases(content):
-        return _scenario(path, root, content)
+        return _scenario(path, root, _seeded(content, seed))
     cases = _cases(path, root, content)
     if not 0 <= seed < len(cases):
         raise InvalidInput(f"seed: expected 0 to {len(cases) - 1}, the cases of {path}; found {seed}")
@@ -78,6 +79,24 @@ def read_scenarios(path: Path | str) -> list[Scenario]:
     if mistakes:
         raise InvalidFile(first_of(path, in_order(path, list(dict.fromkeys(mistakes))), MAX_MISTAKES))
     return found
+
+
+def is_random(path: Path | str) -> bool:
+    """Return whether another seed is another scenario of a YAML file without cases."""
+    _, content = compose(Path(path))
+    return not _has_cases(content) and _seeded(content, 1) != content
+
+
+def _seeded(content: Any, seed: int) -> Any:
+    """Return the content of a file with a seed added to each of its seeds; other values than seeds stay as they are."""
+    if isinstance(content, list):
+        return [_seeded(one, seed) for one in content]
+    if not isinstance(content, dict):
+        return content
+    return {
+        key: value + seed if key == "seed" and type(value) is int and value >= 0 else _seeded(value, seed)
+        for key, value in content.items()
+    }
 
 
 def _composed(path: Path) -> tuple[Node | None, Any]:

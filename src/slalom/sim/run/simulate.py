@@ -20,11 +20,9 @@ import numpy as np
 
 from slalom.base.checks import OBJECTIVE, Array, flag, has, whole
 from slalom.base.errors import InvalidInput
-from slalom.decision import Decision
 from slalom.decision.methods import Method
 from slalom.decision.objective import Objective
 from slalom.kernels.arrays import Indices
-from slalom.model.state import State
 from slalom.peers import Peer, contender
 from slalom.sim.measure.recording import Recording, RunLog, RunSummary, Step
 from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider
@@ -226,12 +224,3 @@ def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices,
         outcomes=tuple(made.outcomes.get(k, "") for k in order),
         decision_times=np.array([made.times.get(k, 0.0) for k in order]),
     )
-
-
-def decision_at(recording: Recording, scenario: Scenario, method: Method, step: int) -> Decision:
-    """The decision in force at `step` of a recorded run of one robot, made again from the recorded states."""
-    decider = SingleRobotDecider(scenario, method)
-    for k in range(0, step + 1, scenario.steps_per_decision):
-        state = State(recording.positions[k, 0], recording.velocities[k, 0], recording.acceleration_before(k))
-        decision = decider.decide_in(state, float(recording.times[k]))
-    return decision

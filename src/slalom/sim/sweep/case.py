@@ -17,8 +17,15 @@ from slalom.decision.methods import METHODS, Method
 from slalom.decision.objective import OBJECTIVES
 from slalom.io import pedestrians
 from slalom.io.pedestrians import Case as CrowdCase
+from slalom.model.path_goal import PathGoal
 from slalom.peers import Peer, contender
-from slalom.sim.files.scenario_yaml import count_of_cases, files_of, read_scenario, read_scenarios
+from slalom.sim.files.scenario_yaml import (
+    count_of_cases,
+    files_of,
+    is_random,
+    read_scenario,
+    read_scenarios,
+)
 from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
 from slalom.sim.gallery.fleets import cadrl
 from slalom.sim.measure.metrics import METRICS, extra_time, finite, summary
@@ -68,6 +75,9 @@ ABOVE: Final = ("__main__.py", "adapters", "cli", "computer.py", "live", "paper"
 
 GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance")
 """Code that chooses the targets of guided robots. An edit there changes no result of other runs."""
+
+MESSAGES, OBSERVATIONS = ("message_delay", "message_loss"), ("sight_noise", "sight_delay", "sight_loss")
+"""Settings of messages between robots that share manoeuvres, and of observations of robots that do not."""
 
 RANDOM: Final = ("message_delay", "message_loss", "sight_noise", "sight_loss")
 """Settings above 0 that make runs of one scenario differ by seed."""
@@ -206,6 +216,21 @@ def is_guided(name: Source, settings: Mapping[str, float], method: str | Method 
     return scenario.guided and len(scenario.robots) > 1 and scenario.dimension == 2
 
 
+def without_effect(scenario: Scenario, method: Method | Peer) -> set[str]:
+    """Return the settings of scenarios that do not change the runs of a method in this scenario."""
+    if isinstance(method, Peer):
+        on_paths = any(isinstance(robot.goal, PathGoal) for robot in scenario.robots)
+        return {"patience", "guided", "early", *MESSAGES} | (set() if on_paths else {"horizon"})
+    if len(scenario.robots) == 1:
+        return {"guided", *MESSAGES, *OBSERVATIONS}
+    shared = {(robot.method or method).shared for robot in scenario.robots}
+    return {
+        *(() if scenario.dimension == 2 else ("guided",)),
+        *(() if True in shared else MESSAGES),
+        *(() if False in shared else OBSERVATIONS),
+    }
+
+
 def is_file(name: str) -> bool:
     """Return whether a scenario is named by a file."""
     return name.endswith((".yaml", ".yml"))
@@ -261,8 +286,7 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
         if is_cases(name):
             scenario = case_of(name, _read_cases(name, files), case.settings, case.seed)
         elif files:
-            found = _read(name, files)
-            scenario = found[case.seed if len(found) > 1 else 0].with_settings(case.settings)
+            scenario = _read(name, files, case.seed).with_settings(case.settings)
         else:
             scenario = load(case.scenario, case.settings, seed=case.seed)
         return measured(scenario, case.method, case.seed, case.metrics)
@@ -270,8 +294,20 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
         return Failure(str(error))
 
 
+def _read(name: str, digests: tuple[str, ...], seed: int) -> Scenario:
+    """Return the scenario of a file with a seed; what does not depend on the seed is read once per process."""
+    scenarios = _read_all(name, digests)
+    if len(scenarios) > 1:
+        return scenarios[seed]
+    if not seed or not is_random(name):
+        return scenarios[0]
+    drawn = read_scenario(name, seed)
+    _refuse_others(name, digests)
+    return drawn
+
+
 @cache
-def _read(name: str, digests: tuple[str, ...]) -> list[Scenario]:
+def _read_all(name: str, digests: tuple[str, ...]) -> list[Scenario]:
     """Return the scenarios of a file, whose files have these digests, read once per process."""
     scenarios = read_scenarios(name)
     _refuse_others(name, digests)

@@ -4,12 +4,12 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import chain
+from itertools import chain, product
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
-from pydantic import Field, FiniteFloat
+from pydantic import Field, FiniteFloat, PlainValidator, TypeAdapter
 from ruamel.yaml.nodes import Node
 
 from slalom.base.checks import did_you_mean, flag, has, known, listing, mapping, number, shown, text, whole
@@ -403,19 +403,47 @@ def flat(tables: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     ]
 
 
+def grid(settings: Mapping[str, float | Sequence[float]]) -> list[dict[str, float]]:
+    """Return the settings of a study: all combinations of the values, where the last name varies fastest.
+
+    Args:
+        settings: a number, or a list of numbers, by name.
+
+    Raises:
+        InvalidInput: something else than numbers, or an empty list.
+    """
+    values: list[list[float]] = []
+    for name, given in settings.items():
+        each = [given] if isinstance(given, int | float) else given
+        listing(each, "a number, or a list of numbers", name)
+        if not len(each):
+            raise InvalidInput(f"{name}: expected at least one number, found none")
+        values.append([number(one, name) for one in each])
+    return [dict(zip(settings, each)) for each in product(*values)]
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Reader of study files: YAML with scenarios, settings and methods for one comparison.
+
+
+def _number_or_numbers(content: object) -> Any:
+    """Return a number or a list of numbers. Raises the errors of pydantic, which collects them with the others."""
+    kind: Any = list[FiniteFloat] if isinstance(content, list) else FiniteFloat
+    return TypeAdapter(kind).validate_python(content)
+
+
+NumberOrNumbers = Annotated[FiniteFloat | list[FiniteFloat], PlainValidator(_number_or_numbers)]
 
 
 class ScenarioRowSpec(Model):
     """A scenario by a name of the gallery or a file, with settings; perhaps methods and seeds of its own.
 
-    The path of a .yaml file is relative to the study, that of a .csv file of test cases to the study or the data
-    folder.
+    Lists of values stand for a row of each combination, see `grid`. The path of a .yaml file is relative to the study,
+    that of a .csv file of test cases to the study or the data folder.
     """
 
     scenario: str
-    settings: dict[str, FiniteFloat] = Field(default_factory=dict)
+    settings: dict[str, NumberOrNumbers] = Field(default_factory=dict)
     methods: list[str] | None = Field(default=None, min_length=1)
     seeds: int | None = Field(default=None, ge=1)
 
@@ -479,9 +507,16 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
         name, folder = one.scenario, cases if is_cases(one.scenario) else path.parent
         there = not is_cases(name) or os.path.exists(folder / name)
         place = str(folder / name) if there and (is_file(name) or is_cases(name)) else name
-        row = Row(place, one.settings, one.methods or spec.methods, one.seeds or spec.seeds, tuple(spec.metrics))
-        (rows if there else left_out).append(row)
-        mistakes += _unfit(path, root, k, row) if there else []
+        try:
+            combined = grid(one.settings)
+        except InvalidInput as error:
+            here: Place = ("scenarios", k, "settings")
+            mistakes.append(f"{where(path, root, here)}: {dotted(here)}{error}")
+            continue
+        for settings in combined:
+            row = Row(place, settings, one.methods or spec.methods, one.seeds or spec.seeds, tuple(spec.metrics))
+            (rows if there else left_out).append(row)
+            mistakes += _unfit(path, root, k, row) if there else []
     mistakes += _unknown(path, root, ("methods",), spec.methods)
     for k, name in enumerate(spec.metrics):
         if name not in METRICS:
@@ -492,14 +527,14 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     for k, one in enumerate(spec.scenarios):
         mistakes += _unknown(path, root, ("scenarios", k, "methods"), one.methods or ())
     if mistakes:
-        raise InvalidFile(first_of(path, in_order(path, mistakes), MAX_MISTAKES))
+        raise InvalidFile(first_of(path, in_order(path, list(dict.fromkeys(mistakes))), MAX_MISTAKES))
     return Study(spec.title, spec.text, rows, tuple(left_out))
 
 
 def named(
     names: Sequence[str],
     *,
-    settings: Mapping[str, float] | None = None,
+    settings: Mapping[str, float | Sequence[float]] | None = None,
     methods: Sequence[str] | None = None,
     seeds: int | None = None,
     metrics: Sequence[str] | None = None,
@@ -508,7 +543,8 @@ def named(
 ) -> Study:
     """Return the studies and scenarios of these names as one study; a single study keeps its title and text.
 
-    Settings are added to those of every row; methods, seeds and metrics replace those of every row.
+    Settings are added to those of every row, lists of values as in `grid`; methods, seeds and metrics replace those of
+    every row.
 
     Args:
         only: scenarios whose rows are kept; a file of test cases by its name without the folder.
@@ -518,8 +554,12 @@ def named(
         InvalidInput: no names, or no row with an existing file; a scenario in `only` that no row has; no such folder of
             data. InvalidFile: mistakes in a study.
     """
+    combined = grid(settings or {})
     studies = [
-        read_study(name, data) if is_study(name) else Study("", "", [_of_name(name, settings)]) for name in names
+        _crossed(read_study(name, data), combined)
+        if is_study(name)
+        else Study("", "", [_of_name(name, each) for each in combined])
+        for name in names
     ]
     if data is not None and not any(is_study(name) for name in names):
         raise InvalidInput(f"data: expected only with a study file, found it with {', '.join(names)}")
@@ -533,7 +573,7 @@ def named(
         return [
             Row(
                 row.scenario,
-                {**row.settings, **(settings or {})},
+                row.settings,
                 row.methods if methods is None else methods,
                 row.seeds if seeds is None else seeds,
                 row.metrics if metrics is None else metrics,
@@ -552,9 +592,19 @@ def named(
     return study
 
 
-def _of_name(name: str, settings: Mapping[str, float] | None) -> Row:
+def _crossed(study: Study, combined: Sequence[Mapping[str, float]]) -> Study:
+    """Return a study with each of its rows once for each of these settings, which are added to its own."""
+    rows, left_out = (
+        [row._replace(settings={**row.settings, **each}) for row in some for each in combined]
+        for some in (study.rows, study.left_out)
+    )
+    return study._replace(rows=rows, left_out=tuple(left_out))
+
+
+def _of_name(name: str, settings: Mapping[str, float]) -> Row:
     """Return the row of a scenario by name: one seed if it is deterministic, else SEEDS or all cases of a file."""
-    return Row(name, seeds=1 if is_deterministic(name, settings) else min(SEEDS, count_of(name) or SEEDS))
+    seeds = 1 if is_deterministic(name, settings) else min(SEEDS, count_of(name) or SEEDS)
+    return Row(name, settings, seeds=seeds)
 
 
 def _called(row: Row) -> str:
