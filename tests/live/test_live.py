@@ -238,7 +238,11 @@ def test_edits_do_what_they_say() -> None:
 def test_what_is_drawn_is_in_the_scene() -> None:
     scenario = crossing()
     post = drawn(scenario, "obstacle", [(3, 3)], 0.5).obstacles[-1]
-    assert (post.name, post.shape.bounding_radius, post.trajectory.position(9.0).tolist()) == ("obstacle 3", 0.5, [3, 3])
+    assert (post.name, post.shape.bounding_radius, post.trajectory.position(9.0).tolist()) == (
+        "obstacle 3",
+        0.5,
+        [3, 3],
+    )
     wall = drawn(scenario, "wall", [(1, 2), (4, 2)], 0.5)
     assert wall.obstacles[-1].shape.parts[0].corners.tolist() == [[1, 2], [4, 2]]
     assert drawn(wall, "wall", [(1, 3), (4, 3)], 0.5).obstacles[-1].name == "wall 4"
@@ -248,7 +252,9 @@ def test_what_is_drawn_is_in_the_scene() -> None:
     assert without(two, "robot", 0).robot.name == "robot 1"
     # Along 3 m and 4 m at 2 m/s from where it is, and then it stays.
     path = led(scenario, 2, [(0, 0), (10, -1.2), (10, 2.8)], 2.0).obstacles[2].trajectory
-    np.testing.assert_allclose(path.position(np.array([0.0, 1.5, 2.5, 60.0])), [(7, -1.2), (10, -1.2), (10, 0.8), (10, 2.8)])
+    np.testing.assert_allclose(
+        path.position(np.array([0.0, 1.5, 2.5, 60.0])), [(7, -1.2), (10, -1.2), (10, 0.8), (10, 2.8)]
+    )
     refused = {
         "what: expected one of obstacle, wall, robot": lambda: drawn(scenario, "tree", [(0, 0)], 1.0),
         r"points: expected \(2 or more, 2\) numbers, found \(1, 2\)": lambda: drawn(scenario, "wall", [(0, 0)], 1.0),

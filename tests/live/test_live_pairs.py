@@ -27,14 +27,14 @@ def places(page: Any, steps: range) -> list[Any]:
 
 
 def test_two_methods_run_from_one_start() -> None:
-    scenario = gallery.build("roundabout_crossing")
+    scenario = gallery.build("roundabout_crossing").with_settings({"duration": 9.0})
     runs = [simulate(scenario, method(name)) for name in ("nao", "vo")]
-    with serving("roundabout_crossing") as address, opened(viewport={"width": 1400, "height": 900}) as (page, troubles):
+    with serving("roundabout_crossing", "--set", "duration=9") as address, opened() as (page, troubles):
         page.goto(address)
         page.wait_for_function(SHOWN)
         page.locator("select[aria-label^=second]").select_option("vo")
         page.wait_for_function(f"{APP}.model.control(1)?.method === 'vo'")
-        page.locator("[data-name=own]").click()
+        page.locator("[data-name=own]").first.click()
         page.wait_for_function(f"{BOTH} && {APP}.pair.second.model.scene.method === 'vo'")
         assert page.evaluate(f"{APP}.model.scene.compare") is None
         last = max(len(run.times) for run in runs) - 1
@@ -67,7 +67,9 @@ def test_two_methods_run_from_one_start() -> None:
         shown = [canvas for canvas in page.locator("canvas[data-panel^=control]:visible").all()]
         assert len(shown) == 2
         # A change begins both runs anew.
-        page.evaluate(f"{APP}.play(false); {APP}.seek(0); {APP}.send({{do: 'drag', what: 'robot', index: 0, to: [-22, 1], step: 0}})")
+        page.evaluate(
+            f"{APP}.play(false); {APP}.seek(0); {APP}.send({{do: 'drag', what: 'robot', index: 0, to: [-22, 1], step: 0}})"
+        )
         page.wait_for_function(f"{APP}.model.scene.undo === 1 && {APP}.model.complete")
         page.wait_for_function(f"{BOTH} && Math.abs({APP}.pair.second.model.positions.values[1] - 1) < 1e-3")
         # The address holds both, and undo leads back to the first start.
@@ -81,7 +83,7 @@ def test_two_methods_run_from_one_start() -> None:
         page.goto(address + kept)
         page.wait_for_function(f"{SHOWN} && {BOTH} && {APP}.pair.second.model.scene.method === 'vo'")
         page.wait_for_function(f"Math.abs({APP}.pair.second.model.positions.values[1] - 1) < 1e-3")
-        page.locator("[data-name=own]").click()
+        page.locator("[data-name=own]").first.click()
         page.wait_for_function(f"!{APP}.pair.second && {APP}.model.control(1)?.method === 'vo'")
         assert [trouble for trouble in troubles if "WebSocket" not in trouble] == []
 
@@ -104,7 +106,10 @@ def test_two_files_are_shown_at_one_time(tmp_path: Path) -> None:
         for step, shown in zip(range(0, last, 4), places(page, range(0, last, 4))):
             for (_, run), at in zip(files, shown):
                 np.testing.assert_allclose(at, run.positions[min(step, len(run.times) - 1), 0], atol=2e-3)
-        assert page.evaluate(f"[{APP}.model.control().method, {APP}.pair.second.model.control().method]") == ["nao", "vo"]
+        assert page.evaluate(f"[{APP}.model.control().method, {APP}.pair.second.model.control().method]") == [
+            "nao",
+            "vo",
+        ]
         assert page.locator("select[aria-label^=second]:visible").count() == 0
         assert page.evaluate("document.documentElement.scrollWidth") <= 1024
         for canvas in page.locator("canvas[data-panel]:visible").all():
@@ -116,5 +121,6 @@ def test_two_files_are_shown_at_one_time(tmp_path: Path) -> None:
 def test_a_second_file_that_cannot_run_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     from slalom.cli import main
 
-    assert main(["view", "empty", "nothing_of_this_name", "--no-browser"]) != 0
+    with pytest.raises(SystemExit, match="2"):
+        main(["view", "empty", "nothing_of_this_name", "--no-browser"])
     assert "nothing_of_this_name" in capsys.readouterr().err

@@ -135,8 +135,11 @@ def test_bodies_that_the_sentence_names_are_marked(address: str) -> None:
 
 def test_charts_show_any_metric_with_its_axes(address: str, file: str) -> None:
     run = simulate(read_scenario(file), method("nao"))
-    values = """(k) => {
-      const app = """ + APP + """, told = [], own = CanvasRenderingContext2D.prototype.fillText;
+    values = (
+        """(k) => {
+      const app = """
+        + APP
+        + """, told = [], own = CanvasRenderingContext2D.prototype.fillText;
       CanvasRenderingContext2D.prototype.fillText = function (words, ...more) {
         if (this.canvas === app.parts.charts[0].canvas) told.push(words);
         return own.call(this, words, ...more);
@@ -146,6 +149,7 @@ def test_charts_show_any_metric_with_its_axes(address: str, file: str) -> None:
       CanvasRenderingContext2D.prototype.fillText = own;
       return told;
     }"""
+    )
     last = len(run.times) - 1
     expected = {
         "speed": np.linalg.norm(run.velocities[:, 0], axis=1)[20],
@@ -214,13 +218,17 @@ def test_the_ruler_measures_between_points_and_bodies(address: str) -> None:
         np.testing.assert_allclose(told, [(1, 3), (4, -1)], atol=0.05)
         stroke(page, (0, 0), (5, 0.3))
         assert page.evaluate(f"{APP}.tools.ruled") == [{"kind": "robot", "index": 0}, {"kind": "obstacle", "index": 0}]
-        words = """(step) => {
-          const app = """ + APP + """, told = [], own = CanvasRenderingContext2D.prototype.fillText;
+        words = (
+            """(step) => {
+          const app = """
+            + APP
+            + """, told = [], own = CanvasRenderingContext2D.prototype.fillText;
           CanvasRenderingContext2D.prototype.fillText = (words) => told.push(words);
           app.seek(step); app.draw();
           CanvasRenderingContext2D.prototype.fillText = own;
           return [told.find((one) => one.includes('between surfaces')), app.model.robot(0)];
         }"""
+        )
         for step in (0, 15):
             said, at = page.evaluate(words, step)
             away = np.hypot(5 - at[0], 0.3 - at[1])

@@ -11,7 +11,8 @@ export class Address {
   private held: Held = {};
   /** The step to show once it is there, of an address. */
   private due: number | null = null;
-  private restoring = false;
+  /** Whether a scene of before is to come. */
+  restoring = false;
   /** Whether the scene in `held` is the one that is shown. */
   private current = false;
   private written = "";

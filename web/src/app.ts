@@ -190,7 +190,7 @@ export class App {
     parts.robot.value = String(model.selected);
     this.root.classList.remove("waiting");
     this.address.began(scene);
-    this.pair.began(scene);
+    if (!this.address.restoring) this.pair.began(scene);
     if (parts.method.options.length === 0) {
       parts.compare.append(new Option("none", ""));
       parts.foresight.append(new Option("its own", ""), ...scene.foresights.map((name) => new Option(name, name)));
@@ -383,7 +383,7 @@ export class App {
     parts.time.value = String(Math.floor(model.playhead + 1e-9));
     parts.clock.textContent = `t ${(scene.start + scene.dt * model.playhead).toFixed(2)} s`;
     const result = model.ended?.text ?? "";
-    if (parts.result.textContent !== result) parts.result.textContent = result;
+    if (parts.result.textContent !== result) parts.result.textContent = parts.result.title = result;
     parts.result.classList.toggle("alert", Boolean(model.ended?.collided));
     const heading = this.pair.second || this.leader ? [scene.title, scene.method, result].filter(Boolean).join(" · ") : "";
     if (parts.heading.textContent !== heading) parts.heading.textContent = heading;

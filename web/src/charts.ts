@@ -7,7 +7,7 @@ import type { Theme } from "./theme.ts";
 
 /** [pixel] Around the axes; above is the list of metrics. */
 const LEFT = 38;
-const RIGHT = 10;
+const RIGHT = 14;
 const TOP = 26;
 const FOOT = 20;
 

@@ -164,6 +164,9 @@ export function build(live: boolean) {
   );
   const pick = (...names: Tool[]): HTMLButtonElement[] => names.map((name) => tools.get(name)!);
   parts.run.append(parts.heading, parts.main, el("div", { class: "told" }, parts.why, parts.reveal));
+  const line = el("div", { class: "line" });
+  workspace.title.replaceWith(line);
+  line.append(workspace.title, parts.result);
   parts.runs.append(parts.run);
   parts.main.append(workspace.section, controls[0].section, controls[1].section);
   const bars = {
@@ -188,7 +191,6 @@ export function build(live: boolean) {
       {},
       el("strong", {}, "slalom"),
       parts.title,
-      parts.result,
       ...(live
         ? [
             field("method", parts.method, "method"),

@@ -587,11 +587,13 @@ class Session:
         """Take the state that a page kept: scene as YAML, method, second method and robot, each if it is given."""
         scene, compare = command.get("scene"), command.get("compare")
         scenario = self.scenario if scene is None else scenario_of(str(scene))
-        found = Session(scenario, method_of(str(command.get("method", self.method.name))))
+        found = Session(scenario, self.method)
+        # The scene holds a method too; the page may show another one in it.
+        chosen = method_of(str(command.get("method", found.method.name)))
         robot = whole(command.get("robot", 0), "robot")
-        if scene is not None or found.method != self.method:
+        if scene is not None or chosen != self.method:
             self._remember()
-        self.scenario, self.method = found.scenario, found.method
+        self.scenario, self.method = found.scenario, chosen
         if scenario.name != self._box.scenario.name:
             self._box = found._box
         self.robot, self.compared = robot, None
