@@ -135,11 +135,12 @@ async function tt(o,e){return new Response(new Blob([e]).stream().pipeThrough(o)
 .slalom .yaml { display: block; width: min(760px, 80vw); height: 60vh; font: 12px/1.4 ui-monospace, monospace; color: var(--ink); background: var(--paper); border: 1px solid var(--line); border-radius: 8px; padding: 8px; }
 /* Large type for a lecture: what is not explained is left out. */
 .slalom.lecture { font-size: 19px; }
-.slalom.lecture :is(h2, h2 small, .legend, .heading, .result) { font-size: 18px; }
+.slalom.lecture :is(h2, h2 small, .legend, .heading) { font-size: 18px; }
 .slalom.lecture .mark { scale: 1.3; margin-right: 4px; }
 .slalom.lecture > header > :is(.field, [data-name="undo"], [data-name="draw"], [data-name="own"]) { display: none; }
 .slalom.lecture :is(header, .toolbar) { font-size: 16px; }
-.slalom.lecture :is(.charts, .ahead, [data-field="deciding"], [data-field="colour"]) { display: none; }
+.slalom.lecture .entry { white-space: normal; }
+.slalom.lecture :is(.result, .charts, .ahead, [data-field="deciding"], [data-field="colour"]) { display: none; }
 .slalom.lecture .why, .slalom.lecture.pair .why { font-size: 23px; min-height: 2.8em; }
 .slalom.lecture .told > button { font-size: 20px; }
 @media (max-width: 1200px) {
@@ -160,6 +161,7 @@ async function tt(o,e){return new Response(new Blob([e]).stream().pipeThrough(o)
   .slalom .charts .frame { height: 120px; }
   .slalom .title { flex-basis: 60vw; }
   .slalom h2 { white-space: normal; }
+  .slalom .told { flex-direction: column; }
   .slalom .line { flex-direction: column; gap: 0; }
   .slalom .result { margin: 0 0 4px; white-space: normal; min-height: 1.4em; }
 }
