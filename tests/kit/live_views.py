@@ -65,7 +65,12 @@ def serving(*arguments: str) -> Iterator[str]:
     command = [sys.executable, "-m", "slalom", "view", *arguments, "--no-browser"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
-    yield process.stdout.readline().strip()
+    try:
+        yield process.stdout.readline().strip()
+    except BaseException:
+        process.kill()
+        process.communicate()
+        raise
     process.send_signal(signal.SIGINT)
     assert process.wait(20) == 0
     process.stdout.close()

@@ -16,7 +16,7 @@ from slalom.live.control_space import Fields, Plane
 from slalom.live.messages import pack, quantised, renderer, unpack
 from slalom.live.recorded import as_recorded, export, messages
 from slalom.live.seen import decided_again
-from slalom.live.session import Session, dragged, from_step, with_obstacle, with_setting, without_obstacle
+from slalom.live.session import Session, dragged, drawn, from_step, led, with_setting, without
 from slalom.model.trajectory import Circular
 from slalom.obstacle.periodic import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
@@ -87,9 +87,10 @@ def test_a_session_answers_every_command() -> None:
     assert kinds(moved)[0] == "scene"
     assert session.scenario.robot.state.position.tolist() == [1, 1]
     assert session.scenario.start == pytest.approx(0.3)
-    assert kinds(session.answer({"do": "add", "to": [4, 3], "radius": 0.5, "step": 0})) == kinds(moved)
+    added = {"do": "add", "what": "obstacle", "points": [[4, 3]], "radius": 0.5, "step": 0}
+    assert kinds(session.answer(added)) == kinds(moved)
     assert len(session.scenario.obstacles) == 4
-    session.answer({"do": "remove", "index": 0, "step": 0})
+    session.answer({"do": "remove", "what": "obstacle", "index": 0, "step": 0})
     assert len(session.scenario.obstacles) == 3
     session.answer({"do": "set", "name": "horizon", "value": 3.0})
     assert session.scenario.horizon == 3.0
@@ -189,7 +190,10 @@ def test_a_replay_of_another_project_has_no_control_space(run: Recording) -> Non
         ({"do": "drag", "what": "goal", "index": 0, "to": [7, -1.2], "step": 0, "gesture": 1}, ""),
         ({"do": "drag", "what": "robot", "index": 0, "to": ["x"], "step": 0}, "to: expected numbers"),
         ({"do": "drag", "what": "control", "to": [1, 2, 3], "step": 0}, "to: expected 2 numbers"),
-        ({"do": "remove", "index": 7, "step": 0}, "index: expected a number below 3"),
+        ({"do": "remove", "what": "obstacle", "index": 7, "step": 0}, "index: expected a number below 3"),
+        ({"do": "remove", "index": 0, "step": 0}, "what: expected a value"),
+        ({"do": "add", "what": "wall", "points": [[0, 0]], "radius": 1, "step": 0}, "points: expected"),
+        ({"do": "path", "index": 0, "points": [[0, 0], [1, 1]], "step": 0}, "speed: expected a value"),
         ({"do": "set", "name": "dt", "value": 1.0}, "name: expected one of horizon"),
         ({"do": "method", "name": "magic"}, "method: expected one of"),
         ({"do": "undo"}, "undo: expected a change"),
@@ -227,10 +231,44 @@ def test_edits_do_what_they_say() -> None:
     np.testing.assert_allclose(straight.position(1.0), here - here, atol=1e-12)
     fast = dragged(scenario, "robot_velocity", 0, (50.0, 0.0)).robot.state.velocity
     assert fast.tolist() == [4.0, 0.0]
-    assert len(with_obstacle(scenario, (3, 3), 0.5).obstacles) == 4
-    assert len(without_obstacle(scenario, 1).obstacles) == 2
+    assert len(without(scenario, "obstacle", 1).obstacles) == 2
     assert with_setting(scenario, "margin", 0.2).margin == 0.2
     assert from_step(scenario, [], 0) is scenario
+
+
+def test_what_is_drawn_is_in_the_scene() -> None:
+    scenario = crossing()
+    post = drawn(scenario, "obstacle", [(3, 3)], 0.5).obstacles[-1]
+    assert (post.name, post.shape.bounding_radius, post.trajectory.position(9.0).tolist()) == (
+        "obstacle 3",
+        0.5,
+        [3, 3],
+    )
+    wall = drawn(scenario, "wall", [(1, 2), (4, 2)], 0.5)
+    assert wall.obstacles[-1].shape.parts[0].corners.tolist() == [[1, 2], [4, 2]]
+    assert drawn(wall, "wall", [(1, 3), (4, 3)], 0.5).obstacles[-1].name == "wall 4"
+    two = drawn(scenario, "robot", [(0, 5), (9, 5)], 0.4)
+    assert [robot.name for robot in two.robots] == ["robot", "robot 1"]
+    assert two.robots[1].goal.position(0.0).tolist() == [9, 5]
+    assert without(two, "robot", 0).robot.name == "robot 1"
+    # Along 3 m and 4 m at 2 m/s from where it is, and then it stays.
+    path = led(scenario, 2, [(0, 0), (10, -1.2), (10, 2.8)], 2.0).obstacles[2].trajectory
+    np.testing.assert_allclose(
+        path.position(np.array([0.0, 1.5, 2.5, 60.0])), [(7, -1.2), (10, -1.2), (10, 0.8), (10, 2.8)]
+    )
+    refused = {
+        "what: expected one of obstacle, wall, robot": lambda: drawn(scenario, "tree", [(0, 0)], 1.0),
+        r"points: expected \(2 or more, 2\) numbers, found \(1, 2\)": lambda: drawn(scenario, "wall", [(0, 0)], 1.0),
+        "radius: expected": lambda: drawn(scenario, "obstacle", [(0, 0)], 0.0),
+        "points: expected a line with a length": lambda: led(scenario, 2, [(0, 0)], 1.0),
+        "speed: expected": lambda: led(scenario, 2, [(0, 0), (1, 1)], -1.0),
+        "index: expected a number below 3": lambda: led(scenario, 3, [(0, 0), (1, 1)], 1.0),
+        "what: expected obstacle or robot": lambda: without(scenario, "goal", 0),
+        "robot: expected one that remains": lambda: without(scenario, "robot", 0),
+    }
+    for sentence, call in refused.items():
+        with pytest.raises(InvalidInput, match=sentence):
+            call()
 
 
 def test_a_written_scenario_runs_equal_to_the_bit(tmp_path: Path) -> None:

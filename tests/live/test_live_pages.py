@@ -184,6 +184,7 @@ def test_a_drag_is_answered_and_the_copied_scene_runs_equal(address: str, tmp_pa
         print(f"redrawn after a drag: median {median:.0f} ms, 99 % {worst:.0f} ms, {len(spent)} drags")
         page.locator("select[aria-label=method]").select_option("vo")
         page.wait_for_function(f"{APP}.model.control()?.method === 'vo'")
+        page.locator("[data-name=draw]").click()
         page.locator("[data-name=yaml]").click()
         page.wait_for_function(f"{APP}.parts.yamlText.value.length > 0")
         (tmp_path / "scene.yaml").write_text(page.evaluate(f"{APP}.parts.yamlText.value"))

@@ -1,24 +1,33 @@
 // The view: takes messages, runs the clock, draws, and passes on what the user does.
 
-import { CHARTS, drawChart } from "./charts.ts";
+import { Address } from "./address.ts";
+import { drawChart } from "./charts.ts";
 import { connect } from "./connect.ts";
 import { controlView, drawControl, enlargedView, type Panel } from "./control.ts";
 import { Dragging } from "./drag.ts";
-import { Viewport } from "./geometry.ts";
+import { drawEvents } from "./events.ts";
+import { Viewport, type } from "./geometry.ts";
+import { Hover } from "./hover.ts";
 import { legends, titles } from "./legends.ts";
+import { METRICS } from "./metrics.ts";
 import { Model } from "./model.ts";
+import { Pair } from "./pair.ts";
 import type { Message, Scene } from "./protocol.ts";
 import type { Command, Source } from "./sources.ts";
 import { camera, Eye } from "./camera.ts";
 import { projectionViews } from "./projections.ts";
-import { read, write, type Held } from "./state.ts";
+import { download } from "./saving.ts";
+import { sentence } from "./sentence.ts";
 import { drawSpace } from "./space.ts";
 import { DARK, LIGHT, type Theme } from "./theme.ts";
+import { Tools } from "./tools.ts";
 import { build, type Parts } from "./ui.ts";
 import { drawWorkspace } from "./workspace.ts";
 
 /** [ms] Longest time that a view which plays waits for the control space of a decision. */
 const PATIENCE = 1000;
+/** Factor of the type in a lecture. */
+const LECTURE = 1.45;
 
 export class App {
   readonly model = new Model();
@@ -33,6 +42,12 @@ export class App {
   readonly latencies: number[] = [];
   readonly drawings: number[] = [];
   readonly dragging: Dragging;
+  readonly hover = new Hover(this);
+  readonly tools = new Tools(this);
+  readonly pair = new Pair(this);
+  readonly address: Address;
+  follow = false;
+  private ended = false;
   private lastTime = 0;
   private drawn = "";
   private asked = new Map<number, number>();
@@ -43,26 +58,17 @@ export class App {
   private answered: number | null = null;
   /** A text that is shown until the next frames. */
   private notice = "";
-  /** Whether the address holds the state: on a page of its own. */
-  private readonly addressed: boolean;
-  private held: Held = {};
-  /** The step to show once it is there, of an address. */
-  private due: number | null = null;
-  private restoring = false;
-  /** Whether the scene in `held` is the one that is shown. */
-  private current = false;
-  private written = "";
-  private writtenAt = 0;
-
   constructor(
     host: HTMLElement,
     readonly source: Source,
+    /** The view beside which this one is, whose time it shows. */
+    readonly leader: App | null = null,
   ) {
     const { root, parts } = build(source.live);
     parts.why.textContent = "The scene is being prepared.";
     this.root = root;
     this.parts = parts;
-    this.addressed = host.id === "slalom";
+    this.address = new Address(this, host.id === "slalom");
     host.append(root);
     root.classList.add("waiting");
     const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -75,10 +81,11 @@ export class App {
       (sentence) => this.say(sentence),
       () => this.opened(),
     );
-    if (this.addressed && !source.live) void this.restore();
+    if (!source.live) void this.address.restore();
     const resized = new ResizeObserver(() => (this.drawn = ""));
     root.querySelectorAll(".frame").forEach((frame) => resized.observe(frame));
     const tick = (now: number): void => {
+      if (this.ended) return;
       requestAnimationFrame(tick);
       try {
         this.frame(now);
@@ -89,6 +96,13 @@ export class App {
       }
     };
     requestAnimationFrame(tick);
+  }
+
+  /** Takes the view from the page. */
+  end(): void {
+    this.ended = true;
+    this.source.end?.();
+    this.root.remove();
   }
 
   setTheme(theme: Theme): void {
@@ -119,11 +133,13 @@ export class App {
       if (message.kind === "frames") this.endNotice();
       if (message.kind === "error") this.dragging.answer(Infinity);
       if (message.kind === "error") {
-        this.restoring = false;
+        this.address.refused();
         this.reset();
       }
-      if (message.kind === "yaml" && message.quiet) this.held.scene = message.text;
-      else if (message.kind === "yaml") void this.showYaml(message.text);
+      if (message.kind === "yaml" && message.quiet) {
+        this.address.hold(message.text);
+        this.pair.changed(message.text);
+      } else if (message.kind === "yaml") void this.takeYaml(message.text);
       if (message.kind === "control" && message.slot === 1) this.compareWith(message.method);
     }
   }
@@ -135,7 +151,10 @@ export class App {
     const [method, foresight] = model.scene.method.split("@") as [string, string?];
     parts.method.value = method;
     parts.foresight.value = foresight ?? "";
-    parts.compare.value = model.scene.compare ?? "";
+    parts.compare.value = this.pair.method || (model.scene.compare ?? "");
+    this.show("compare", !this.pair.fixed);
+    parts.own.hidden = this.pair.fixed || !parts.compare.value || !this.source.beside;
+    parts.own.setAttribute("aria-pressed", String(this.pair.method !== ""));
     parts.horizon.value = String(model.scene.horizon);
     parts.robot.value = String(model.selected);
   }
@@ -152,61 +171,17 @@ export class App {
     return this.send(command);
   }
 
-  /** Restores what the page held, from its address at first; when it connects again what it showed. */
+  /** Restores what the page held. */
   private opened(): void {
     this.say("");
-    void this.restore();
-  }
-
-  private async restore(): Promise<void> {
-    if (!this.addressed || this.restoring) return;
-    this.restoring = true;
-    try {
-      if (!this.model.scene) this.held = await read();
-    } catch (error) {
-      this.say(`The address holds no scene that can be read: ${String(error)}`);
-    }
-    const { step, ...state } = this.held;
-    this.due = step ?? null;
-    if (this.source.live && (state.scene || state.method || state.compare || state.robot)) this.send({ do: "restore", ...state });
-    else this.restoring = false;
-  }
-
-  /** Keeps the state in the address, at most twice a second. */
-  private keep(now: number): void {
-    const { model } = this;
-    const scene = model.scene!;
-    if (this.due !== null && !this.restoring && (model.count > this.due || model.complete)) {
-      if (!this.source.live && this.held.robot) this.select(this.held.robot);
-      this.seek(this.due);
-      this.due = null;
-    }
-    if (!this.addressed || this.restoring || this.due !== null || now - this.writtenAt < 500) return;
-    if (this.source.live && scene.undo && model.complete && !this.current) {
-      this.current = true;
-      this.send({ do: "yaml", quiet: true });
-    }
-    if (!scene.undo) delete this.held.scene;
-    const { scene: text } = this.held;
-    this.held = {
-      ...(text ? { scene: text } : {}),
-      ...(this.source.live && !scene.recorded ? { method: scene.method } : {}),
-      ...(scene.compare ? { compare: scene.compare } : {}),
-      robot: model.selected,
-      step: model.step,
-    };
-    const state = JSON.stringify(this.held);
-    if (model.playing || state === this.written) return;
-    this.written = state;
-    this.writtenAt = now;
-    void write(this.held);
+    void this.address.restore();
   }
 
   private begin(scene: Scene): void {
     const { parts, model } = this;
     parts.title.textContent = [scene.title, ...(scene.live ? [] : [scene.method]), ...(scene.recorded ? ["replay"] : [])].join(" · ");
     parts.title.title = scene.notes.join(" ");
-    document.title = `${scene.title} – slalom`;
+    if (!this.leader) document.title = `${scene.title} – slalom`;
     const several = scene.robots.length > 1;
     this.show("robot", several);
     this.show("colour", several);
@@ -214,8 +189,8 @@ export class App {
     parts.robot.max = String(scene.robots.length - 1);
     parts.robot.value = String(model.selected);
     this.root.classList.remove("waiting");
-    this.restoring = this.restoring && !scene.restored;
-    this.current = false;
+    this.address.began(scene);
+    if (!this.address.restoring) this.pair.began(scene);
     if (parts.method.options.length === 0) {
       parts.compare.append(new Option("none", ""));
       parts.foresight.append(new Option("its own", ""), ...scene.foresights.map((name) => new Option(name, name)));
@@ -242,8 +217,17 @@ export class App {
   private arrange(): void {
     const second = Boolean(this.model.scene?.compare);
     this.parts.controls[1].section.hidden = !second;
-    this.root.querySelector("main")!.className = second ? "three" : "";
+    this.parts.main.className = second ? "three" : "";
     this.drawn = "";
+  }
+
+  /** Shows a second method beside the first one: its decision in the same state, or its run from the same start. */
+  chooseBeside(name: string, own: boolean): void {
+    this.pair.open(own ? name : "");
+    const shared = own ? "" : name;
+    if (shared !== (this.model.scene!.compare ?? "")) this.compare(shared);
+    this.reset();
+    this.parts.compare.value = name;
   }
 
   /** Asks for the decision of a second method in the same state; "" for none. */
@@ -277,7 +261,9 @@ export class App {
     this.notice = "";
   }
 
-  private async showYaml(text: string): Promise<void> {
+  /** Saves or shows the scene, whichever was asked for. */
+  private async takeYaml(text: string): Promise<void> {
+    if (this.saving) return this.saveYaml(text);
     const area = this.parts.yamlText;
     area.value = text;
     if (!this.parts.yamlDialog.open) this.parts.yamlDialog.showModal();
@@ -291,16 +277,55 @@ export class App {
     }
   }
 
+  private saving = false;
+
+  /** Asks for the scene as YAML, to save it. */
+  save(): void {
+    this.saving = true;
+    this.act({ do: "yaml" });
+  }
+
+  private saveYaml(text: string): void {
+    this.saving = false;
+    download(new Blob([text], { type: "application/yaml" }), `${this.model.scene!.title}.yaml`);
+  }
+
   play(on = !this.model.playing): void {
     const { model } = this;
-    if (on && model.playhead >= model.count - 1 && model.complete) model.playhead = 0;
+    if (on && model.playhead >= this.last && this.pair.complete) model.playhead = 0;
     model.playing = on;
     this.parts.play.textContent = on ? "❚❚" : "▶";
   }
 
   seek(step: number): void {
-    this.model.playhead = Math.max(0, Math.min(this.model.count - 1, step));
+    this.model.playhead = Math.max(0, Math.min(this.last, step));
     this.drawn = "";
+  }
+
+  /** The last step, of the longer of two runs. */
+  get last(): number {
+    const { scene } = this.model;
+    return scene ? Math.max(0, Math.round(Math.max(...this.pair.models.map((one) => one.scene!.dt * (one.count - 1))) / scene.dt)) : 0;
+  }
+
+  setFollow(on: boolean): void {
+    this.follow = on;
+    if (!on) this.camera.at = null;
+    this.parts.follow.setAttribute("aria-pressed", String(on));
+    this.drawn = "";
+  }
+
+  /** Large type, and choices are hidden until they are asked for. */
+  setLecture(on: boolean): void {
+    this.model.quiz = on;
+    type.scale = on ? LECTURE : 1;
+    this.root.classList.toggle("lecture", on);
+    this.parts.lecture.setAttribute("aria-pressed", String(on));
+    this.drawn = "";
+  }
+
+  reveal(): void {
+    if (this.model.quiz) [this, this.pair.second].forEach((one) => one?.model.reveal());
   }
 
   select(robot: number): void {
@@ -311,6 +336,7 @@ export class App {
     this.looked.clear();
     this.drawn = "";
     if (this.source.live) this.send({ do: "select", robot: model.selected });
+    this.pair.second?.select(robot);
   }
 
   setElement(time: number): void {
@@ -336,14 +362,11 @@ export class App {
     this.lastTime = now;
     const scene = model.scene;
     if (!scene || !model.count) return;
-    if (model.playing) {
-      const next = Math.min(model.count - 1, model.playhead + (passed * model.speed) / scene.dt);
-      model.playhead = this.lacks(next) && this.patient(now) ? model.playhead : next;
-      if (model.complete && model.playhead >= model.count - 1) this.play(false);
-    }
+    if (!this.leader) this.advance(now, passed);
     this.look();
-    this.keep(now);
-    const state = `${model.version} ${model.playhead} ${model.selected} ${this.plane} ${this.zoom}`;
+    this.address.keep(now);
+    const second = this.pair.second?.model.version ?? 0;
+    const state = `${model.version} ${second} ${model.playhead} ${model.selected} ${this.plane} ${this.zoom}`;
     if (state === this.drawn) return;
     this.drawn = state;
     const before = performance.now();
@@ -356,18 +379,36 @@ export class App {
       this.asked.delete(this.answered);
       this.answered = null;
     }
-    parts.time.max = String(Math.max(1, model.count - 1));
-    parts.time.value = String(model.step);
-    parts.clock.textContent = `t ${model.time.toFixed(2)} s`;
+    parts.time.max = String(Math.max(1, this.last));
+    parts.time.value = String(Math.floor(model.playhead + 1e-9));
+    parts.clock.textContent = `t ${(scene.start + scene.dt * model.playhead).toFixed(2)} s`;
     const result = model.ended?.text ?? "";
-    if (parts.result.textContent !== result) parts.result.textContent = result;
+    if (parts.result.textContent !== result) parts.result.textContent = parts.result.title = result;
     parts.result.classList.toggle("alert", Boolean(model.ended?.collided));
+    const heading = this.pair.second || this.leader ? [scene.title, scene.method, result].filter(Boolean).join(" · ") : "";
+    if (parts.heading.textContent !== heading) parts.heading.textContent = heading;
+    parts.heading.classList.toggle("alert", Boolean(model.ended?.collided));
     parts.ahead.textContent = model.element ? `+${model.element.toFixed(2)} s` : "now";
   }
 
-  /** Whether the control space of the decision at a playhead is missing, of a view that shows control spaces. */
-  private lacks(playhead: number): boolean {
-    return this.source.live && this.model.control() !== null && !this.model.has(Math.floor(playhead + 1e-9));
+  /** Moves the time of the view, and of the one beside it. */
+  private advance(now: number, passed: number): void {
+    const { model } = this;
+    const { dt } = model.scene!;
+    if (model.playing) {
+      const next = Math.min(this.last, model.playhead + (passed * model.speed) / dt);
+      const waiting = this.lacks(next * dt) || this.pair.second?.lacks(next * dt);
+      model.playhead = waiting && this.patient(now) ? model.playhead : next;
+      if (this.pair.complete && model.playhead >= this.last) this.play(false);
+    }
+    this.pair.follow(dt * model.playhead);
+  }
+
+  /** Whether the control space of the decision at a time [s] since the start is missing, of a view that shows them. */
+  private lacks(time: number): boolean {
+    const { model } = this;
+    if (!this.source.live || model.control() === null) return false;
+    return !model.has(Math.min(model.count - 1, Math.floor(time / model.scene!.dt + 1e-9)));
   }
 
   /** Whether to wait for a control space: not longer than PATIENCE. */
@@ -430,8 +471,20 @@ export class App {
     return found >= 0;
   }
 
+  /** Draws now, with some pixels for each pixel of the page, until the next drawing. */
+  drawAt(ratio: number): void {
+    for (const one of [this, this.pair.second]) {
+      if (!one?.model.count) continue;
+      one.ratio = ratio;
+      one.draw();
+      one.ratio = null;
+    }
+  }
+
+  private ratio: number | null = null;
+
   private context(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = this.ratio ?? (window.devicePixelRatio || 1);
     // Whole pixels: a picture that is stretched by a fraction of one is blurred.
     const frame = canvas.parentElement!.getBoundingClientRect();
     const [across, down] = [`${Math.floor(frame.width)}px`, `${Math.floor(frame.height)}px`];
@@ -454,6 +507,7 @@ export class App {
   }
 
   fit(): void {
+    this.setFollow(false);
     this.view = null;
     this.zoom = 1;
     Object.assign(this.camera, camera());
@@ -467,17 +521,19 @@ export class App {
     const g = this.context(canvas);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (scene.dimension === 3) {
+      if (this.follow) this.camera.at = model.robot(model.selected);
       const eye = new Eye(model, this.camera, width, height);
       drawSpace(g, model, this.theme, eye, width, height);
       this.dragging.drawInSpace(g, eye, this.theme);
-    }
-    else {
+    } else {
       if (!this.view || this.view.width !== width || this.view.height !== height) {
         this.view = Viewport.fit(scene.low, scene.high, 0, 0, width, height);
       }
+      if (this.follow) [this.view.x, this.view.y] = model.robot(model.selected) as [number, number];
       const handles = this.source.live;
       drawWorkspace(g, model, { theme: this.theme, view: this.view, width, height, handles });
       this.dragging.draw(g, this.view, this.theme);
+      this.tools.draw(g, this.view, this.theme);
     }
     parts.controls.forEach(({ section, canvas: own }, slot) => {
       const control = model.control(slot);
@@ -486,11 +542,22 @@ export class App {
       if (control) drawControl(h, model, control, this.panel(slot));
       else h.clearRect(0, 0, own.clientWidth, own.clientHeight);
     });
-    CHARTS.forEach((chart, k) => {
-      const own = parts.charts[k]!;
-      drawChart(this.context(own), model, chart, this.theme, own.clientWidth, own.clientHeight);
-    });
+    if (!this.leader) this.drawTime();
     titles(this);
     legends(this);
+    sentence(this);
+  }
+
+  /** The charts and the events on the time line. */
+  private drawTime(): void {
+    const { parts, theme } = this;
+    const { models } = this.pair;
+    for (const { canvas, list } of parts.charts) {
+      if (!canvas.offsetParent) continue;
+      const g = this.context(canvas);
+      drawChart(g, models, METRICS[list.selectedIndex]!, theme, canvas.clientWidth, canvas.clientHeight);
+    }
+    const { events } = parts;
+    drawEvents(this.context(events), this.model, this.last, theme, events.clientWidth, events.clientHeight);
   }
 }

@@ -7,6 +7,8 @@ export interface Camera {
   yaw: number;
   pitch: number;
   zoom: number;
+  /** [m] What is in the middle of the picture; null: the scene. */
+  at: number[] | null;
 }
 
 const REST = { yaw: -0.5, pitch: 0.45 };
@@ -15,7 +17,7 @@ const DISTANCE = 2.2;
 const BORDER = 40;
 
 export function camera(): Camera {
-  return { ...REST, zoom: 1 };
+  return { ...REST, zoom: 1, at: null };
 }
 
 /** Turns a camera about the scene by angles [rad]; it stays above the ground. */
@@ -45,7 +47,7 @@ export class Eye {
     private readonly height: number,
   ) {
     const { low, high } = model.scene!;
-    this.middle = low.map((x, c) => (x + high[c]!) / 2);
+    this.middle = camera.at ?? low.map((x, c) => (x + high[c]!) / 2);
     this.floor = low[2]!;
     this.size = Math.max(...low.map((x, c) => high[c]! - x));
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((c) => ((k >> c) & 1 ? high[c]! : low[c]!)));
@@ -53,7 +55,7 @@ export class Eye {
     const rest = extent(corners.map((corner) => this.flat(corner, REST)));
     this.unit = camera.zoom * Math.min((width - 2 * BORDER) / rest.width, (height - 2 * BORDER) / rest.height);
     const now = extent(corners.map((corner) => this.flat(corner, camera)));
-    this.centre = [now.x, now.y];
+    this.centre = camera.at ? [0, 0] : [now.x, now.y];
   }
 
   /** Position on a screen at distance 1, and depth, in sizes of the scene. */

@@ -1,7 +1,8 @@
 // The control space: control obstacles by time to collision, admissible set, preferred and chosen control.
 
 import { drawDeciding, drawElements } from "./elements.ts";
-import { number, text, ticks, Viewport, type Context } from "./geometry.ts";
+import { number, text, ticks, type, Viewport, type Context } from "./geometry.ts";
+import { emphasised } from "./highlights.ts";
 import type { Model } from "./model.ts";
 import type { Control, PlaneInfo } from "./protocol.ts";
 import { drawProjections, projectionsWidth } from "./projections.ts";
@@ -39,8 +40,8 @@ export function controlView(control: Control, panel: Panel): Viewport {
 
 /** The viewport of a square of controls about 0, with room for axes and bar, and for their names if `named`. */
 export function square(width: number, height: number, half: number, named: boolean): Viewport {
-  const [before, after] = named ? SIDES : NARROW_SIDES;
-  const side = Math.max(40, Math.min(width - before - after, height - FOOT - 12));
+  const [before, after] = (named ? SIDES : NARROW_SIDES).map((side) => side * type.scale) as [number, number];
+  const side = Math.max(40, Math.min(width - before - after, height - FOOT * type.scale - 12));
   const left = before + (width - before - after - side) / 2;
   return new Viewport(0, 0, side / (2 * half), side, side, left, 8);
 }
@@ -56,10 +57,10 @@ export function drawControl(g: Context, model: Model, control: Control, panel: P
   g.rect(view.left, view.top, view.width, view.height);
   g.clip();
   drawTimes(g, control, plane, panel, view);
-  drawOutlines(g, control, panel, view);
+  drawOutlines(g, model, control, panel, view);
   if (model.scene!.dimension === 2) {
     if (model.element > 0) drawElements(g, model, control, view, theme);
-    if (model.deciding) drawDeciding(g, model, control, view, theme);
+    if (model.deciding && !model.hidden) drawDeciding(g, model, control, view, theme);
   }
   drawAdmissible(g, control, panel, view);
   const inset = enlargedView(control, panel, view);
@@ -114,21 +115,23 @@ function picture(control: Control, plane: number, theme: Theme, spread: boolean)
   return canvas;
 }
 
-function rings(control: Control, plane: number, view: Viewport): Path2D | null {
+/** The outlines of all rows, or of those that are chosen. */
+function rings(control: Control, plane: number, view: Viewport, chosen: (row: number) => boolean = () => true): Path2D | null {
   const points = control.arrays[`rings${plane}`];
   if (!points) return null;
   const ends = control.arrays[`ends${plane}`]!.values;
+  const owners = control.arrays[`owners${plane}`]!.values;
   const path = new Path2D();
   let begin = 0;
-  for (const end of ends) {
-    for (let k = begin; k < end; k++) {
+  ends.forEach((end, ring) => {
+    for (let k = begin; k < end && chosen(owners[ring]!); k++) {
       const [x, y] = [view.px(points.values[2 * k]!), view.py(points.values[2 * k + 1]!)];
       if (k === begin) path.moveTo(x, y);
       else path.lineTo(x, y);
+      if (k === end - 1) path.closePath();
     }
-    path.closePath();
     begin = end;
-  }
+  });
   return path;
 }
 
@@ -148,7 +151,7 @@ function drawTimes(g: Context, control: Control, plane: PlaneInfo, panel: Panel,
   g.restore();
 }
 
-function drawOutlines(g: Context, control: Control, panel: Panel, view: Viewport): void {
+function drawOutlines(g: Context, model: Model, control: Control, panel: Panel, view: Viewport): void {
   const outline = rings(control, panel.plane, view);
   if (!outline) return;
   g.strokeStyle = panel.theme.blocked;
@@ -156,6 +159,10 @@ function drawOutlines(g: Context, control: Control, panel: Panel, view: Viewport
   g.lineWidth = 0.8;
   g.stroke(outline);
   g.globalAlpha = 1;
+  if (!model.focus.length) return;
+  g.strokeStyle = panel.theme.mark;
+  g.lineWidth = 3;
+  g.stroke(rings(control, panel.plane, view, (row) => emphasised(model, control, row))!);
 }
 
 function drawAdmissible(g: Context, control: Control, panel: Panel, view: Viewport): void {
@@ -214,8 +221,8 @@ function drawEnlarged(
   g.fill();
   g.clip();
   drawTimes(g, control, plane, panel, inset);
-  drawOutlines(g, control, panel, inset);
-  if (model.deciding) drawDeciding(g, model, control, inset, theme);
+  drawOutlines(g, model, control, panel, inset);
+  if (model.deciding && !model.hidden) drawDeciding(g, model, control, inset, theme);
   drawAdmissible(g, control, panel, inset);
   drawMarks(g, controlMarks(model, control, plane).filter(({ point }) => within(inset, point)), inset, theme);
   g.restore();
@@ -238,7 +245,8 @@ interface Mark {
 
 /** The preferred and the chosen control on the plane. */
 function controlMarks(model: Model, control: Control, plane: PlaneInfo): Mark[] {
-  const chosen = model.probe && model.probe.slot === control.slot ? model.probe.control : control.chosen;
+  const tried = model.probe && model.probe.slot === control.slot;
+  const chosen = tried ? model.probe!.control : model.hidden ? null : control.chosen;
   return [control.preferred, chosen].flatMap((u, k) =>
     u ? [{ point: [u[plane.axes[0]]!, u[plane.axes[1]]!] as [number, number], hollow: k === 0 }] : [],
   );
@@ -280,7 +288,7 @@ export function drawAxes(g: Context, names: string[], unit: string, view: Viewpo
   g.lineWidth = 1;
   g.strokeRect(view.left + 0.5, view.top + 0.5, view.width, view.height);
   const base = view.top + view.height;
-  for (const value of ticks(-half, half, view.width / 55)) {
+  for (const value of ticks(-half, half, view.width / (70 * type.scale))) {
     const [x, y] = [view.px(value), view.py(value)];
     g.beginPath();
     g.moveTo(x, base);
@@ -293,10 +301,10 @@ export function drawAxes(g: Context, names: string[], unit: string, view: Viewpo
   }
   const name = (...of: number[]): string => `${of.map((k) => names[k]).join(", ")} [${unit}]`;
   const across = named ? name(0) : name(0, 1);
-  text(g, theme, across, view.left + view.width / 2, base + 22, { align: "center", baseline: "top" });
+  text(g, theme, across, view.left + view.width / 2, base + 22 * type.scale, { align: "center", baseline: "top" });
   if (!named) return;
   g.save();
-  g.translate(view.left - 34, view.top + view.height / 2);
+  g.translate(view.left - 34 * type.scale, view.top + view.height / 2);
   g.rotate(-Math.PI / 2);
   text(g, theme, name(1), 0, 0, { align: "center", baseline: "middle" });
   g.restore();
@@ -318,7 +326,7 @@ export function drawBar(g: Context, horizon: number, view: Viewport, theme: Them
   }
   if (!named) return;
   g.save();
-  g.translate(x + width + 30, view.top + view.height / 2);
+  g.translate(x + width + 30 * type.scale, view.top + view.height / 2);
   g.rotate(-Math.PI / 2);
   text(g, theme, "time to collision [s]", 0, 0, { align: "center", baseline: "middle", size: 11 });
   g.restore();

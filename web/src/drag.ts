@@ -3,7 +3,8 @@
 import type { App } from "./app.ts";
 import { arrow, text, type Context, type Viewport } from "./geometry.ts";
 import { orbit, type Eye } from "./camera.ts";
-import { handles, hit, hitSpace, pixel, place, told, type Handle } from "./handles.ts";
+import { handles, hit, pixel, place, type Handle } from "./handles.ts";
+import { bodyInSpace } from "./hover.ts";
 import { gridWords } from "./legends.ts";
 import type { Theme } from "./theme.ts";
 import { tip } from "./workspace.ts";
@@ -12,6 +13,12 @@ import { tip } from "./workspace.ts";
 const STILL = 4;
 /** [pixel] How near a finger must be to a control that it drags. */
 const FINGER = 30;
+
+/** The robot at a pixel in space. */
+function robotInSpace(app: App, at: [number, number]): Handle | null {
+  const found = bodyInSpace(app, ...at);
+  return found?.kind === "robot" ? { what: "robot", index: found.index } : null;
+}
 
 export class Dragging {
   active: Handle | null = null;
@@ -57,10 +64,10 @@ export class Dragging {
     for (const name of ["pointerup", "pointercancel"] as const)
       canvas.addEventListener(name, (event) => this.up(slot, event));
     // A finger that drags something does not move the page.
-    canvas.addEventListener("touchstart", (event) => (this.active || this.pressed || event.touches.length > 1) && event.preventDefault(), {
+    canvas.addEventListener("touchstart", (event) => (this.active || this.pressed || this.app.tools.chosen || event.touches.length > 1) && event.preventDefault(), {
       passive: false,
     });
-    if (slot < 0) canvas.addEventListener("pointerleave", () => (this.app.parts.hover.textContent = ""));
+    canvas.addEventListener("pointerleave", () => this.app.hover.leave());
     canvas.addEventListener("wheel", (event) => this.wheel(slot, event), { passive: false });
   }
 
@@ -85,9 +92,12 @@ export class Dragging {
       this.drag(slot, event, false);
       return;
     }
-    const found = model.scene.dimension === 2 ? hit(app, this.handle, event.offsetX, event.offsetY) : hitSpace(app, event.offsetX, event.offsetY);
+    app.hover.workspace(canvas, ...this.from);
+    if (app.tools.chosen && model.scene.dimension === 2) return app.tools.down(...this.from);
+    const found = model.scene.dimension === 2 ? hit(app, this.handle, ...this.from) : robotInSpace(app, this.from);
     if (found && found.what === "robot" && found.index !== model.selected) {
       app.select(found.index);
+      this.handle = found;
       return;
     }
     if (found && app.source.live && model.scene.dimension === 2) {
@@ -113,8 +123,10 @@ export class Dragging {
       app.play(false);
       this.gesture++;
       this.active = this.pressed;
+      app.hover.leave();
     }
     if (this.active) return this.drag(slot, event, false);
+    if (slot < 0 && app.tools.chosen) app.tools.move(event.offsetX, event.offsetY);
     if (this.panning && slot < 0) {
       const [dx, dy] = [event.offsetX - this.panning.x, event.offsetY - this.panning.y];
       this.panning = { x: event.offsetX, y: event.offsetY };
@@ -123,16 +135,14 @@ export class Dragging {
       } else if (app.view) {
         app.view.x -= dx / app.view.scale;
         app.view.y += dy / app.view.scale;
+        app.setFollow(false);
       }
       app.redraw();
       return;
     }
-    if (slot < 0 && app.model.scene?.dimension === 2) {
-      const found = hit(app, this.handle, event.offsetX, event.offsetY, true);
-      canvas.style.cursor = found && app.source.live ? "grab" : "default";
-      const words = found ? told(app, found) : "";
-      if (app.parts.hover.textContent !== words) app.parts.hover.textContent = words;
-    }
+    if (slot >= 0) return app.hover.control(canvas, slot, event.offsetX, event.offsetY);
+    const found = app.hover.workspace(canvas, event.offsetX, event.offsetY);
+    if (!app.tools.chosen) canvas.style.cursor = found && app.source.live ? "grab" : "default";
   }
 
   /** Whether the pointer went down near the chosen control: elsewhere a finger moves the page. */
@@ -157,6 +167,7 @@ export class Dragging {
   private up(slot: number, event: PointerEvent): void {
     this.panning = this.pressed = null;
     this.pointers.delete(event.pointerId);
+    if (slot < 0 && this.app.tools.chosen && this.app.view) this.app.tools.up(event.offsetX, event.offsetY);
     if (!this.active) return;
     this.drag(slot, event, true);
     this.active = null;
@@ -282,19 +293,18 @@ export class Dragging {
     const at = model.robot(model.selected);
     const goal = model.goal(model.selected);
     const middle = at.map((x, c) => (x + goal[c]!) / 2);
-    const { low, high } = model.scene;
-    const span = 0.05 * Math.max(...low.map((x, c) => high[c]! - x));
-    this.app.send({ do: "add", to: middle, radius: Math.max(0.3, Math.min(span, 2)), step: model.step });
+    this.app.send({ do: "add", what: "obstacle", points: [middle], radius: this.app.parts.size.valueAsNumber, step: model.step });
     this.handle = { what: "obstacle", index: model.scene.obstacles.length };
   }
 
   remove(): void {
     const handle = this.handle;
-    if (!handle?.what.startsWith("obstacle")) {
-      this.app.say("Select an obstacle first: click it, or press h.");
+    if (!handle || !/^(obstacle|robot)/.test(handle.what)) {
+      this.app.say("Select an obstacle or a robot first: click it, or press h.");
       return;
     }
-    this.app.send({ do: "remove", index: handle.index, step: this.app.model.step });
+    const what = handle.what.replace("_velocity", "");
+    this.app.act({ do: "remove", what, index: handle.index, step: this.app.model.step });
     this.handle = null;
   }
 

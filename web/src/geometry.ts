@@ -5,6 +5,9 @@ import type { Theme } from "./theme.ts";
 
 export type Context = CanvasRenderingContext2D;
 
+/** Factor of all type in pictures, for a lecture. */
+export const type = { scale: 1 };
+
 /** Map from a part of the plane to pixels, y upwards. */
 export class Viewport {
   constructor(
@@ -153,7 +156,7 @@ export function text(
   options: { align?: CanvasTextAlign; baseline?: CanvasTextBaseline; colour?: string; size?: number; bold?: boolean; plain?: boolean } = {},
 ): void {
   const [stroke, width, fill] = [g.strokeStyle, g.lineWidth, g.fillStyle];
-  g.font = `${options.bold ? "600 " : ""}${options.size ?? 12}px system-ui, sans-serif`;
+  g.font = `${options.bold ? "600 " : ""}${(options.size ?? 12) * type.scale}px system-ui, sans-serif`;
   g.textAlign = options.align ?? "left";
   g.textBaseline = options.baseline ?? "alphabetic";
   g.lineJoin = "round";
@@ -182,6 +185,11 @@ export function ticks(low: number, high: number, count: number): number[] {
 export function number(x: number): string {
   const rounded = Number(x.toPrecision(6));
   return String(Object.is(rounded, -0) ? 0 : rounded).replace("-", "−");
+}
+
+/** A number with some decimals, and a minus sign as long as a digit. */
+export function signed(x: number, decimals: number): string {
+  return (Number(x.toFixed(decimals)) + 0).toFixed(decimals).replace("-", "−");
 }
 
 /** Corners of the convex hull, counter-clockwise. */

@@ -1,7 +1,6 @@
 // Handles: what can be dragged, where it is, and which of them is at a pixel.
 
 import type { App } from "./app.ts";
-import { Eye } from "./camera.ts";
 import type { Viewport } from "./geometry.ts";
 import { tip } from "./workspace.ts";
 
@@ -84,29 +83,4 @@ export function hit(app: App, selected: Handle | null, x: number, y: number, all
     if (share <= 1 && share * weight < nearest) [best, nearest] = [handle, share * weight];
   }
   return best;
-}
-
-/** Name and values of the body at a handle. */
-export function told(app: App, { what, index }: Handle): string {
-  const { model } = app;
-  const scene = model.scene!;
-  if (what === "goal") return `goal of ${scene.robots[index]!.name}`;
-  const robot = what.startsWith("robot");
-  const velocity = robot ? model.velocity(index) : model.obstacleVelocity(index);
-  const control = model.overlay();
-  const row = control?.others.findIndex(([kind, k]) => kind === (robot ? "robot" : "obstacle") && k === index) ?? -1;
-  const contact = row >= 0 ? control!.arrays["contact"]!.values[row]! : -1;
-  const hits = contact >= 0 ? `, hit by the preferred control in ${contact.toFixed(1)} s` : "";
-  return `${(robot ? scene.robots : scene.obstacles)[index]!.name}: ${Math.hypot(...velocity).toFixed(1)} m/s${hits}`;
-}
-
-export function hitSpace(app: App, x: number, y: number): Handle | null {
-  const { model, parts, camera } = app;
-  const canvas = parts.workspace.canvas;
-  const eye = new Eye(model, camera, canvas.clientWidth, canvas.clientHeight);
-  const index = model.scene!.robots.findIndex((robot, k) => {
-    const p = eye.project(model.robot(k));
-    return Math.hypot(p.x - x, p.y - y) < Math.max(NEAR, robot.radius * p.scale);
-  });
-  return index < 0 || index === model.selected ? null : { what: "robot", index };
 }

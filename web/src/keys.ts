@@ -1,6 +1,7 @@
 // The keyboard: everything that the pointer can do.
 
 import type { App } from "./app.ts";
+import { savePicture } from "./saving.ts";
 import { DARK, LIGHT } from "./theme.ts";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
@@ -50,7 +51,7 @@ function actions(app: App): Record<string, () => void> {
     ArrowLeft: () => app.stepBy(-1),
     ArrowRight: () => app.stepBy(1),
     Home: () => app.seek(0),
-    End: () => app.seek(model.count - 1),
+    End: () => app.seek(Infinity),
     "+": () => faster(1),
     "=": () => faster(1),
     "-": () => faster(-1),
@@ -61,8 +62,16 @@ function actions(app: App): Record<string, () => void> {
     d: () => app.setDeciding(!model.deciding),
     t: () => app.setTheme(app.theme === DARK ? LIGHT : DARK),
     f: () => app.fit(),
+    o: () => app.setFollow(!app.follow),
+    l: () => app.tools.choose("ruler"),
+    s: () => savePicture(app),
+    e: () => app.setLecture(!model.quiz),
+    v: () => app.reveal(),
     h: () => dragging.next(),
-    Escape: () => dragging.release(),
+    Escape: () => {
+      app.tools.choose(null);
+      dragging.release();
+    },
     "]": () => dragging.magnify(-1, 1.25, ...app.selectedPixel()),
     "[": () => dragging.magnify(-1, 0.8, ...app.selectedPixel()),
     "}": () => dragging.magnify(0, 1.25),
@@ -79,6 +88,7 @@ function actions(app: App): Record<string, () => void> {
   if (live) {
     found["a"] = () => dragging.add();
     found["x"] = () => dragging.remove();
+    found["b"] = () => parts.own.click();
     found["u"] = () => parts.undo.click();
     found["y"] = () => parts.yaml.click();
     for (const [key, list] of [

@@ -1,4 +1,4 @@
-// Titles, legends and the sentence that explains the choice.
+// Titles and legends.
 
 import type { App } from "./app.ts";
 import { DARK, OUTCOMES } from "./theme.ts";
@@ -27,7 +27,7 @@ export function titles(app: App): void {
   put(parts.workspace.title, left, () => [document.createTextNode(left)]);
   describe(parts.workspace.canvas, left);
   const alone = !model.control() && model.complete;
-  app.root.querySelector("main")!.classList.toggle("alone", alone);
+  parts.main.classList.toggle("alone", alone);
   parts.controls[0].section.hidden = alone;
   parts.controls.forEach(({ title, canvas }, slot) => {
     const control = model.control(slot);
@@ -49,16 +49,6 @@ export function titles(app: App): void {
     ]);
   });
   const control = model.control();
-  const outcome = model.outcomes[model.step]?.[model.selected] ?? "";
-  const second = model.scene!.compare ? model.control(1) : null;
-  const words = model.probe
-    ? model.probe.sentence
-    : control && second
-      ? [control, second].map((one) => `${one.method.toUpperCase()}: ${one.sentences.join(" ")}`).join("\n")
-      : control
-        ? control.sentences.join(" ")
-        : outcomeWords(outcome);
-  if (parts.why.textContent !== words) parts.why.textContent = words;
   if (control && app.source.live) {
     const key = control.responses.join("|") + control.response;
     if (parts.response.dataset["key"] !== key) {
@@ -67,10 +57,6 @@ export function titles(app: App): void {
       control.responses.forEach((response, k) => parts.response.append(new Option(response, String(k))));
     }
   }
-}
-
-function outcomeWords(outcome: string): string {
-  return outcome ? `Last decision: ${outcome.toLowerCase()}.` : "";
 }
 
 export function legends(app: App): void {
@@ -123,14 +109,20 @@ export function legends(app: App): void {
   }
 }
 
-/** What the grid of times says of a control, where no server is asked. */
-export function gridWords(control: Control, plane: number, at: number[]): string {
+/** [s] Time to collision of a control by the grid, Infinity for none; null outside of the picture. */
+export function gridTime(control: Control, plane: number, at: number[]): number | null {
   const grid = control.arrays[`grid${plane}`]!;
   const n = grid.shape[0]!;
   const { half } = control.planes[plane]!;
   const [column, row] = at.map((x) => Math.round(((x + half) / (2 * half)) * (n - 1))) as [number, number];
-  if (column < 0 || row < 0 || column >= n || row >= n) return "outside the picture.";
+  if (column < 0 || row < 0 || column >= n || row >= n) return null;
   const value = grid.values[row * n + column]!;
-  if (value === 255) return `hits nothing within ${control.horizon} s.`;
-  return `collides in about ${((value / 250) * control.horizon).toFixed(1)} s.`;
+  return value === 255 ? Infinity : (value / 250) * control.horizon;
+}
+
+/** What the grid of times says of a control, where no server is asked. */
+export function gridWords(control: Control, plane: number, at: number[]): string {
+  const time = gridTime(control, plane, at);
+  if (time === null) return "outside the picture.";
+  return time < Infinity ? `collides in about ${time.toFixed(1)} s.` : `hits nothing within ${control.horizon} s.`;
 }

@@ -34,6 +34,9 @@ function render({ model, el }: { model: WidgetModel; el: HTMLElement }): void {
 const host = document.getElementById("slalom") as Host | null;
 const data = document.getElementById("slalom-data");
 if (host && data) mount(host, () => new App(host, new BlockSource(() => fromBase64(data.textContent ?? ""))));
-else if (host?.dataset["live"]) mount(host, () => new App(host, new ServerSource()));
+else if (host?.dataset["live"]) {
+  const app = mount(host, () => new App(host, new ServerSource()));
+  if (host.dataset["live"] === "2") app.pair.show(new ServerSource(1));
+}
 
 export default { render };

@@ -22,8 +22,7 @@ export function drawManoeuvre(g: Context, model: Model, control: Control, look: 
   polyline(g, view, dashed);
   g.stroke();
   g.setLineDash([]);
-  const probe = model.probe;
-  const path = probe?.arrays["path"] ?? control.arrays["manoeuvre"];
+  const path = model.path(control);
   if (path) {
     const at = (k: number): number[] => Array.from({ length: d }, (_, c) => path.values[k * d + c]!);
     const points = Array.from({ length: path.shape[0]! }, (_, k) => at(k));

@@ -1,6 +1,6 @@
 // What has been received, and what is shown of it.
 
-import type { Control, Frames, Message, Probe, Scene } from "./protocol.ts";
+import type { Control, Frames, Message, Numbers, ObstacleInfo, Probe, RobotInfo, Scene } from "./protocol.ts";
 
 export type Colouring = "role" | "outcome" | "speed" | "time";
 
@@ -8,6 +8,16 @@ export type Colouring = "role" | "outcome" | "speed" | "time";
 const KEPT = 32;
 /** The place of a control space that is shown until the next one comes. */
 const OUTDATED = -1;
+
+/** A robot or an obstacle of the scene. */
+export interface Body {
+  kind: "robot" | "obstacle";
+  index: number;
+}
+
+export function among(bodies: Body[], kind: string, index: number): boolean {
+  return bodies.some((body) => body.kind === kind && body.index === index);
+}
 
 /** Rows of numbers that grow, (frames, n, d). */
 class Rows {
@@ -37,7 +47,8 @@ export class Model {
   ended: Frames["ended"] = null;
   outcomes: string[][] = [];
   arrived: (number | null)[] = [];
-  clearance = new Map<number, Float32Array>();
+  /** Numbers of a robot at each step, by "name robot". */
+  series = new Map<string, Float32Array>();
   controls: Map<number, Control>[] = [new Map(), new Map()];
   probe: Probe | null = null;
   playhead = 0;
@@ -48,6 +59,11 @@ export class Model {
   element = 0;
   deciding = true;
   version = 0;
+  /** What the pointer is on. */
+  focus: Body[] = [];
+  /** Whether choices are hidden until they are asked for, and the decision whose choice was asked for. */
+  quiz = false;
+  private asked = -1;
   /** [s] Where the colours of times to the goal end; null: not known yet. */
   farthest: number | null = null;
 
@@ -62,12 +78,13 @@ export class Model {
         this.append(message);
         return false;
       case "series": {
-        const values = message.arrays["clearance"]!.values as Float32Array;
-        const before = this.clearance.get(message.robot) ?? new Float32Array(0);
-        const joined = new Float32Array(message.first + values.length);
-        joined.set(before.subarray(0, message.first));
-        joined.set(values, message.first);
-        this.clearance.set(message.robot, joined);
+        for (const [name, { values }] of Object.entries(message.arrays)) {
+          const key = `${name} ${message.robot}`;
+          const joined = new Float32Array(message.first + values.length);
+          joined.set((this.series.get(key) ?? joined).subarray(0, message.first));
+          joined.set(values, message.first);
+          this.series.set(key, joined);
+        }
         return false;
       }
       case "control": {
@@ -106,7 +123,8 @@ export class Model {
     this.goals = null;
     this.ended = null;
     this.outcomes = [];
-    this.clearance.clear();
+    this.series.clear();
+    this.focus = [];
     if (!scene.compare) this.controls[1]!.clear();
     this.probe = null;
     this.farthest = null;
@@ -143,12 +161,17 @@ export class Model {
     this.ended = frames.ended;
   }
 
+  /** The playhead, at most the last step: that of two runs beside each other is that of the longer one. */
+  get shown(): number {
+    return Math.max(0, Math.min(this.count - 1, this.playhead));
+  }
+
   get step(): number {
-    return Math.max(0, Math.min(this.count - 1, Math.floor(this.playhead + 1e-9)));
+    return Math.floor(this.shown + 1e-9);
   }
 
   get time(): number {
-    return this.scene ? this.scene.start + this.scene.dt * this.playhead : 0;
+    return this.scene ? this.scene.start + this.scene.dt * this.shown : 0;
   }
 
   /** The step of the decision that is in force at a step; after the last step that of the last one. */
@@ -175,6 +198,43 @@ export class Model {
     return false;
   }
 
+  /** Whether the choice of the decision that is shown is hidden. */
+  get hidden(): boolean {
+    return this.quiz && this.asked !== this.decided(this.step);
+  }
+
+  /** Shows the choice of the decision that is shown, or hides it again. */
+  reveal(): void {
+    this.asked = this.hidden ? this.decided(this.step) : -1;
+    this.version++;
+  }
+
+  /** The path of the control that is tried, else of the manoeuvre unless it is hidden. */
+  path(control: Control): Numbers | undefined {
+    return this.probe?.arrays["path"] ?? (this.hidden ? undefined : control.arrays["manoeuvre"]);
+  }
+
+  /** The bodies that the sentence names: those that the control would hit or that the manoeuvre passes closely. */
+  named(): Body[] {
+    const control = this.overlay();
+    if (!control) return [];
+    const rows = this.probe ? [this.probe.first ?? -1] : [control.first, ...(this.hidden ? [] : control.binding.slice(0, 2)).map(({ other }) => other)];
+    const others = this.probe?.slot ? (this.control(1) ?? control).others : control.others;
+    return rows.flatMap((row) => {
+      const [kind, index] = others[row] ?? ["hidden", 0];
+      return kind === "hidden" ? [] : [{ kind, index }];
+    });
+  }
+
+  info(body: Body): RobotInfo | ObstacleInfo {
+    return (body.kind === "robot" ? this.scene!.robots : this.scene!.obstacles)[body.index]!;
+  }
+
+  /** Where a body is; null where it does not exist. */
+  at({ kind, index }: Body): number[] | null {
+    return kind === "robot" ? (this.present(index) ? this.robot(index) : null) : this.obstacle(index);
+  }
+
   /** The control space whose paths are drawn at the positions: a live one of the decision in force, or none. */
   overlay(): Control | null {
     const control = this.control();
@@ -195,7 +255,7 @@ export class Model {
   robot(k: number): number[] {
     const d = this.scene!.dimension;
     const i = this.step;
-    const h = Math.min(1, this.playhead - i) * this.scene!.dt;
+    const h = (this.shown - i) * this.scene!.dt;
     const at = i * this.positions.width + k * d;
     return Array.from(
       { length: d },
@@ -208,7 +268,7 @@ export class Model {
   velocity(k: number): number[] {
     const d = this.scene!.dimension;
     const i = this.step;
-    const h = Math.min(1, this.playhead - i) * this.scene!.dt;
+    const h = (this.shown - i) * this.scene!.dt;
     const at = i * this.velocities.width + k * d;
     return Array.from(
       { length: d },
@@ -221,7 +281,7 @@ export class Model {
     const still = this.scene!.robots[k]!.goal;
     if (!this.goals || !this.count) return still;
     const next = Math.min(this.count - 1, this.step + 1);
-    const share = this.playhead - this.step;
+    const share = this.shown - this.step;
     const [a, b] = [this.step, next].map((i) => i * this.goals!.width + k * still.length) as [number, number];
     const values = this.goals.values;
     return still.map((_, c) => values[a + c]! + share * (values[b + c]! - values[a + c]!));
@@ -235,7 +295,7 @@ export class Model {
     const d = scene.dimension;
     const at = this.step * this.obstacles.width + scene.moving.indexOf(k) * d;
     const next = Math.min(this.count - 1, this.step + 1) * this.obstacles.width + scene.moving.indexOf(k) * d;
-    const share = this.playhead - this.step;
+    const share = this.shown - this.step;
     const values = this.obstacles.values;
     const here = Array.from({ length: d }, (_, c) => values[at + c]!);
     if (!Number.isFinite(here[0]!)) return null;

@@ -69,7 +69,7 @@ export interface Frames {
   outcomes_table: string[];
   arrived: (number | null)[];
   complete: boolean;
-  ended: { text: string; collided: boolean } | null;
+  ended: { text: string; collided: boolean; hits: [number, number, string][] } | null;
   arrays: Record<string, Numbers>;
 }
 
@@ -106,7 +106,7 @@ export interface Control {
   sentences: string[];
   first: number;
   binding: { other: number; time: number; clearance: number }[];
-  others: ["obstacle" | "robot", number][];
+  others: ["obstacle" | "robot" | "hidden", number][];
   margins: number[];
   predicted: number[];
   planes: PlaneInfo[];
@@ -119,6 +119,8 @@ export interface Probe {
   slot: number;
   control: Vector;
   time: number | null;
+  /** Row of the first one that it hits; -1: none. */
+  first?: number;
   sentence: string;
   arrays: Record<string, Numbers>;
 }

@@ -13,6 +13,9 @@ export interface Source {
   /** `opened` is called when commands are answered, also again after an interruption. */
   start(receive: (messages: Message[]) => void, failed: (sentence: string) => void, opened: () => void): void;
   send(command: Command): void;
+  /** A source of a run beside this one, where there can be one: of the same scene (0), or of the second file (1). */
+  beside?(run: number): Source;
+  end?(): void;
 }
 
 async function inflated(block: Uint8Array): Promise<ArrayBuffer> {
@@ -84,10 +87,20 @@ export class ServerSource implements Source {
   readonly live = true;
   private socket: WebSocket | null = null;
   private readonly waiting: string[] = [];
+  private ended = false;
+  constructor(private readonly run = 0) {}
+  beside(run: number): Source {
+    return new ServerSource(run);
+  }
+  end(): void {
+    this.ended = true;
+    this.socket?.close();
+  }
   start(receive: (messages: Message[]) => void, failed: (sentence: string) => void, opened: () => void): void {
     const address = new URL("messages", location.href);
     address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     address.search = location.search;
+    address.searchParams.set("run", String(this.run));
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
@@ -96,6 +109,7 @@ export class ServerSource implements Source {
     };
     socket.onmessage = (event) => receive([decode(event.data as ArrayBuffer)]);
     socket.onclose = () => {
+      if (this.ended) return;
       failed(STOPPED);
       this.waiting.length = 0;
       setTimeout(() => this.start(receive, failed, opened), AGAIN);

@@ -3,6 +3,7 @@
 import { Eye } from "./camera.ts";
 import { robotColour } from "./colouring.ts";
 import { number, text, ticks, type Context } from "./geometry.ts";
+import { drawNamesInSpace } from "./highlights.ts";
 import type { Model } from "./model.ts";
 import { forPredicted, interpolated } from "./predicted.ts";
 import type { Control } from "./protocol.ts";
@@ -31,6 +32,7 @@ export function drawSpace(g: Context, model: Model, theme: Theme, eye: Eye, widt
   drawGoal(g, model, theme, eye);
   for (const ball of all) drawBall(g, theme, eye, ball);
   if (control && model.element > 0) drawGhosts(g, model, control, theme, eye);
+  drawNamesInSpace(g, model, theme, eye);
   if (scene.robots.length > 1) ring(g, eye, model.robot(model.selected), 1.6 * scene.robots[model.selected]!.radius, theme.robot, []);
 }
 
@@ -132,7 +134,7 @@ function drawGhosts(g: Context, model: Model, control: Control, theme: Theme, ey
   forPredicted(model, control, model.element, clock, (shape, at, _heading, more) => {
     ring(g, eye, at, shape[0]!.radius + more, theme.faint, [4, 3]);
   });
-  const path = (model.probe ?? control).arrays["path"] ?? control.arrays["manoeuvre"];
+  const path = model.path(control);
   if (!path) return;
   const own = interpolated(path.values, 3, clock, model.element);
   ring(g, eye, own, model.scene!.robots[model.selected]!.radius, theme.robot, [4, 3], 2);
@@ -252,7 +254,7 @@ function drawManoeuvres(g: Context, model: Model, control: Control, theme: Theme
   }
   g.stroke();
   g.setLineDash([]);
-  const path = model.probe?.arrays["path"] ?? control.arrays["manoeuvre"];
+  const path = model.path(control);
   if (!path) return;
   g.lineCap = "round";
   for (const [colour, width] of [

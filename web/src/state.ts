@@ -4,6 +4,8 @@ export interface Held {
   scene?: string;
   method?: string;
   compare?: string;
+  /** 1: the second method has a run of its own. */
+  own?: number;
   robot?: number;
   step?: number;
 }
@@ -39,6 +41,6 @@ export async function read(): Promise<Held> {
   if (scene) held.scene = await unpacked(scene);
   if (method) held.method = method;
   if (compare) held.compare = compare;
-  for (const name of ["robot", "step"] as const) if (found.has(name)) held[name] = Number(found.get(name)) || 0;
+  for (const name of ["own", "robot", "step"] as const) if (found.has(name)) held[name] = Number(found.get(name)) || 0;
   return held;
 }

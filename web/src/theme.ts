@@ -10,6 +10,8 @@ export interface Theme {
   goal: string;
   halo: string;
   blocked: string;
+  /** Of what a sentence names or the pointer is on. */
+  mark: string;
 }
 
 export const LIGHT: Theme = {
@@ -22,6 +24,7 @@ export const LIGHT: Theme = {
   goal: "#0072b2",
   halo: "#ffffff",
   blocked: "#1c1f24",
+  mark: "#b3308a",
 };
 
 export const DARK: Theme = {
@@ -34,6 +37,7 @@ export const DARK: Theme = {
   goal: "#56b4e9",
   halo: "#16181d",
   blocked: "#e8eaee",
+  mark: "#f08fd0",
 };
 
 const VIRIDIS = [

@@ -2,6 +2,7 @@
 
 import { robotColour } from "./colouring.ts";
 import { arrow, drawShape, number, polyline, round, text, ticks, type Context, type Viewport } from "./geometry.ts";
+import { drawBorders, drawNames } from "./highlights.ts";
 import { drawManoeuvre } from "./manoeuvres.ts";
 import type { Model } from "./model.ts";
 import type { Control } from "./protocol.ts";
@@ -27,12 +28,14 @@ export function drawWorkspace(g: Context, model: Model, look: Look): void {
   const times = contactTimes(current);
   if (current) drawPredictions(g, model, current, look);
   drawTrack(g, model, look);
+  drawBorders(g, model, look);
   drawObstacles(g, model, times, current, look);
   drawGoal(g, model, look);
   if (current) drawTarget(g, model, current, look);
   drawRobots(g, model, times, current, look);
   if (current) drawManoeuvre(g, model, current, look);
   drawSelected(g, model, look);
+  drawNames(g, model, look);
   drawScale(g, look);
 }
 

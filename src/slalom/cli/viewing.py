@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 def view(
     scenario: str = "roundabout_crossing",
+    beside: str | None = None,
     /,
     *,
     settings: Settings = None,
@@ -54,6 +55,8 @@ def view(
     scenario
         A name from `slalom list scenarios`, a .yaml file, a run that `slalom run --out run.h5` wrote, a .json file that
         `Decision.dump` wrote, or a recording of a format from `slalom list formats`.
+    beside
+        Another one, which is shown beside the first one, at the same time since its start.
     settings
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
@@ -73,8 +76,14 @@ def view(
     source, given = resolved(scenario), parse_settings(settings)
     with Extra("view", "view"):
         from slalom.live.server import Server
-    begin = _sessions(source, given, method, seed, (at, agent), crossing, reading)
-    server = Server(begin, begin().scenario.name, port)  # what cannot run is refused before the browser opens
+    begin, second = (
+        None if name is None else _sessions(name, given, method, seed, (at, agent), crossing, reading)
+        for name in (source, None if beside is None else resolved(beside))
+    )
+    assert begin is not None
+    if second is not None:
+        second()
+    server = Server(begin, begin().scenario.name, port, second)  # what cannot run is refused before the browser opens
 
     def started() -> None:
         print_line(server.address)

@@ -186,10 +186,12 @@ def file_page(title: str, messages: Iterable[bytes]) -> str:
     return _PAGE.format(policy=policy, title=html.escape(title), live="", data=held, renderer=renderer())
 
 
-def live_page(title: str) -> str:
-    """Return the page of the server, which receives its messages from there."""
+def live_page(title: str, runs: int = 1) -> str:
+    """Return the page of the server, which receives its messages from there, of one run or two beside each other."""
     policy = _POLICY.format(to="'self'")
-    return _PAGE.format(policy=policy, title=html.escape(title), live=' data-live="1"', data="", renderer=renderer())
+    return _PAGE.format(
+        policy=policy, title=html.escape(title), live=f' data-live="{runs}"', data="", renderer=renderer()
+    )
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -332,7 +334,10 @@ class Scene:
 
 
 def series(scenario: Scenario, steps: Sequence[Step], robot: int, first: int = 0) -> bytes:
-    """Return the `series` message: clearance (t,) [m] of one robot to all others at some steps, from `first` on."""
+    """Return the `series` message of one robot at some steps, from `first` on.
+
+    `clearance` (t,) [m] to all others, nan without any; `decision` (t,) [ms]: processor time, 0 where none was made.
+    """
     times = scenario.start + scenario.dt * (first + np.arange(len(steps), dtype=np.float64))
     own = np.array([step.positions[robot] for step in steps])
     shape, least = scenario.robots[robot].shape, np.full(len(steps), np.inf)
@@ -348,37 +353,45 @@ def series(scenario: Scenario, steps: Sequence[Step], robot: int, first: int = 0
             present = np.array([not has_left(scenario, steps, j, k) for j in range(len(steps))])
             found = clearances(still, shape, times, relative)
             least = np.where(present, np.minimum(least, found), least)
-    values = np.where(np.isfinite(least), least, 1e6).astype(np.float32)
-    return pack("series", {"robot": robot, "first": first}, {"clearance": values})
+    clearance = np.where(np.isfinite(least), least, np.nan).astype(np.float32)
+    decision = np.array([1e3 * step.decision_times[robot] for step in steps], dtype=np.float32)
+    return pack("series", {"robot": robot, "first": first}, {"clearance": clearance, "decision": decision})
 
 
 class Ended(NamedTuple):
-    """How a run ended, as a sentence, and whether there was a collision."""
+    """How a run ended, as a sentence, whether there was a collision, and each: time [s], robot, with what."""
 
     text: str
     collided: bool
+    hits: list[tuple[float, int, str]]
 
 
 def ended(scenario: Scenario, steps: Sequence[Step], end: Step, arrived: Array) -> Ended:
     """Return how a run of all `steps` ended: arrivals (n,) [s], inf for none, and collisions in continuous time."""
     log = RunLog(scenario, "", 0, "", list(steps), positions=end.positions, velocities=end.velocities, arrived=arrived)
-    run, hits = Recording.of(log), list[str]()
+    run, hits, each = Recording.of(log), list[str](), list[tuple[float, int, str]]()
     n = len(scenario.robots)
     if steps:
         for k, robot in enumerate(scenario.robots):
             own = "" if n == 1 else f"{robot.name} and "
             for number, (obstacle, found) in enumerate(zip(scenario.obstacles, closest_approaches(run, k))):
                 if found.clearance < -COLLISION:
-                    hits.append(f"{own}{obstacle.name or f'obstacle {number}'}, deepest at {found.time:.1f} s")
-        pairs = np.argwhere(np.triu(between_robots(run) < -COLLISION))
-        hits += [f"{scenario.robots[j].name} and {scenario.robots[k].name}" for j, k in pairs.tolist()]
+                    name = obstacle.name or f"obstacle {number}"
+                    hits.append(f"{own}{name}, deepest at {found.time:.1f} s")
+                    each.append((float(found.time), k, name))
+        for j, k in np.argwhere(np.triu(between_robots(run) < -COLLISION)).tolist():
+            names = scenario.robots[j].name, scenario.robots[k].name
+            hits.append(" and ".join(names))
+            apart = np.linalg.norm(run.positions[:, j] - run.positions[:, k], axis=1)
+            closest = float(run.times[int(np.argmin(apart))])
+            each += [(closest, j, names[1]), (closest, k, names[0])]
     there = np.isfinite(arrived)
     last = arrived[there].max() if there.any() else scenario.start + scenario.dt * len(steps)
     reached = f"{there.sum()} of {n} robots arrived" if n > 1 else "Arrived" if there.all() else "Not arrived"
     when = f" after {last:.1f} s" if not there.any() else f"{', the last' if n > 1 else ''} at {last:.1f} s"
     more = f"; and {len(hits) - 3} more" if len(hits) > 3 else ""
     told = f"Collision: {'; '.join(hits[:3])}{more}." if hits else "No collision."
-    return Ended(f"{reached}{when}. {told}", bool(hits))
+    return Ended(f"{reached}{when}. {told}", bool(hits), each)
 
 
 class _Shapes:

@@ -115,8 +115,13 @@ def _replaces(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
     return new["do"] == "look" or (new["do"] == "drag" and new.get("gesture") == old.get("gesture"))
 
 
-def application(begin: Callable[[], Session], title: str, token: str) -> Starlette:
-    """Return the application that serves a scenario; each connection begins a session of its own."""
+def application(
+    begin: Callable[[], Session], title: str, token: str, beside: Callable[[], Session] | None = None
+) -> Starlette:
+    """Return the application that serves a scenario; each connection begins a session of its own.
+
+    With `beside`, the page shows a second one beside it: that of connections with `run=1` in their address.
+    """
 
     notice = CompilationNotice()
 
@@ -134,7 +139,10 @@ def application(begin: Callable[[], Session], title: str, token: str) -> Starlet
         refused = refusal(request)
         if refused:
             return PlainTextResponse(refused, status_code=403)
-        return HTMLResponse(live_page(title), headers={"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"})
+        return HTMLResponse(
+            live_page(title, 1 if beside is None else 2),
+            headers={"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"},
+        )
 
     async def messages(websocket: WebSocket) -> None:
         # A page of another address has another origin than the host that it connects to.
@@ -143,8 +151,9 @@ def application(begin: Callable[[], Session], title: str, token: str) -> Starlet
             return
         await websocket.accept()
         with contextlib.suppress(WebSocketDisconnect, TimeoutError):
+            second = beside is not None and websocket.query_params.get("run") == "1"
             try:
-                session = await notice.during(begin, websocket)
+                session = await notice.during(beside if second and beside is not None else begin, websocket)
                 await _serve(websocket, session, notice)
             except InvalidInput as error:
                 await _send(websocket, [pack("error", {"text": str(error)}, {})])
@@ -212,7 +221,7 @@ class Server:
     """A server on a port of this machine.
 
     Args:
-        port: 0 for any free one.
+        port: 0 for any free one. beside: begins the session of a second scenario, which is shown beside the first one.
 
     Attributes:
         address: with the token, for the browser. token, port: of it.
@@ -221,7 +230,9 @@ class Server:
         InvalidInput: not a port, or one that is not free.
     """
 
-    def __init__(self, begin: Callable[[], Session], title: str, port: int = 0) -> None:
+    def __init__(
+        self, begin: Callable[[], Session], title: str, port: int = 0, beside: Callable[[], Session] | None = None
+    ) -> None:
         if whole(port, "--port") > LAST_PORT:
             raise InvalidInput(f"--port: expected 0 to {LAST_PORT}, found {port}")
         self.token = secrets.token_urlsafe(24)
@@ -240,7 +251,7 @@ class Server:
             ) from None
         self.port = int(self._socket.getsockname()[1])
         self.address = f"http://{HOST}:{self.port}/?token={self.token}"
-        self._application = application(begin, title, self.token)
+        self._application = application(begin, title, self.token, beside)
         self._serving: Any = None
         self._stopped = False
 

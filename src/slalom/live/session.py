@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import Array, number, positive, vector, whole
+from slalom.base.checks import MAX_HORIZON, Array, number, positive, vector, vectors, whole
 from slalom.base.errors import InvalidInput, SlalomError
 from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
@@ -24,7 +24,7 @@ from slalom.live.seen import (
     state_at,
 )
 from slalom.model.goal import Goal
-from slalom.model.shape import round_shape
+from slalom.model.shape import Polyline, round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import (
     Circular,
@@ -37,6 +37,7 @@ from slalom.model.trajectory import (
 )
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import moved
+from slalom.sim import gallery
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenario
 from slalom.sim.measure.recording import Step
@@ -205,19 +206,83 @@ def displaced_by(trajectory: Trajectory, by: Array) -> Trajectory:
     return moved(trajectory, by)
 
 
-def with_obstacle(scenario: Scenario, to: npt.ArrayLike, radius: float) -> Scenario:
-    """Return the scenario with one more disc or ball at rest at a position (d,) [m]."""
-    place = vector(to, "to", scenario.dimension)
+def drawn(scenario: Scenario, what: str, points: npt.ArrayLike, radius: float) -> Scenario:
+    """Return the scenario with one more body at rest, drawn through points (n, d) [m].
+
+    An "obstacle" is a disc or ball about the first point, a "wall" a line through all, without thickness. A "robot" of
+    this radius stands at the first point, with its goal at the last one; its limits are those of the first robot.
+
+    Raises:
+        InvalidInput: another body, points that are not (n, d), too few of them, a radius that is not above 0.
+    """
+    places = np.atleast_2d(vectors(points, "points"))
+    least = {"obstacle": 1, "wall": 2, "robot": 2}
+    if what not in least:
+        raise InvalidInput(f"what: expected one of {', '.join(least)}; found {what!r}")
+    if len(places) < least[what] or places.shape[1] != scenario.dimension:
+        wanted = f"({least[what]} or more, {scenario.dimension})"
+        raise InvalidInput(f"points: expected {wanted} numbers, found {places.shape}")
     shape = round_shape(positive(radius, "radius"), scenario.dimension)
-    obstacle = Obstacle(shape, Stationary(place), f"obstacle {len(scenario.obstacles)}")
+    if what == "robot":
+        first, place = scenario.robots[0], State(places[0], np.zeros(scenario.dimension))
+        goal = Goal(Stationary(places[-1]), first.goal.tolerance, first.goal.stop)
+        robot = Robot(shape, first.limits, place, goal, _unused(what, [one.name for one in scenario.robots]))
+        return replace(scenario, robots=(*scenario.robots, robot))
+    still = Stationary(places[0])
+    if what == "wall":
+        shape, still = Polyline(places), Stationary(np.zeros(scenario.dimension))
+    obstacle = Obstacle(shape, still, _unused(what, [one.name for one in scenario.obstacles]))
     return replace(scenario, obstacles=(*scenario.obstacles, obstacle))
 
 
-def without_obstacle(scenario: Scenario, index: int) -> Scenario:
-    """Return the scenario without one obstacle. Raises InvalidInput if there is no such obstacle."""
+def _unused(kind: str, names: Sequence[str]) -> str:
+    """The first name of a kind, with a number, that is not among others."""
+    return next(name for k in range(len(names), 2 * len(names) + 1) if (name := f"{kind} {k}") not in names)
+
+
+def led(scenario: Scenario, index: int, points: npt.ArrayLike, speed: float) -> Scenario:
+    """Return the scenario with an obstacle that moves along a line of points (n, d) [m] from where it is, and stays.
+
+    Args:
+        speed: [m/s].
+
+    Raises:
+        InvalidInput: no such obstacle, points that are not (n, d), a line without a length, a speed not above 0.
+    """
     if whole(index, "index") >= len(scenario.obstacles):
         raise InvalidInput(f"index: expected a number below {len(scenario.obstacles)}, found {index}")
-    return replace(scenario, obstacles=scenario.obstacles[:index] + scenario.obstacles[index + 1 :])
+    obstacle, now = scenario.obstacles[index], scenario.start
+    places = np.atleast_2d(vectors(points, "points"))
+    if places.shape[1] != scenario.dimension:
+        raise InvalidInput(f"points: expected (n, {scenario.dimension}) numbers, found {places.shape}")
+    if not obstacle.exists(now):
+        raise InvalidInput(f"obstacle {obstacle.name!r}: expected one that exists at {now:g} s, found none then")
+    places = np.concatenate([obstacle.trajectory.position(now)[None], places[1:]])
+    lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    places, lengths = places[np.append(True, lengths > 0.0)], lengths[lengths > 0.0]
+    if not len(lengths):
+        raise InvalidInput("points: expected a line with a length above 0, found one point")
+    times = now + np.append(0.0, np.cumsum(lengths)) / positive(speed, "speed")
+    # It stays at its end for as long as any horizon of this run sees.
+    last = max(times[-1], now + scenario.duration) + MAX_HORIZON
+    path = Sampled(np.append(times, last), np.concatenate([places, places[-1:]]), "linear")
+    obstacles = list(scenario.obstacles)
+    obstacles[index] = replace(obstacle, trajectory=path)
+    return replace(scenario, obstacles=tuple(obstacles))
+
+
+def without(scenario: Scenario, what: str, index: int) -> Scenario:
+    """Return the scenario without one obstacle or robot. Raises InvalidInput without such a one, or the last robot."""
+    if what not in ("obstacle", "robot"):
+        raise InvalidInput(f"what: expected obstacle or robot; found {what!r}")
+    obstacles, robots = list(scenario.obstacles), list(scenario.robots)
+    listed: list[Any] = obstacles if what == "obstacle" else robots
+    if whole(index, "index") >= len(listed):
+        raise InvalidInput(f"index: expected a number below {len(listed)}, found {index}")
+    del listed[index]
+    if not robots:
+        raise InvalidInput("robot: expected one that remains in the scene, found the only one")
+    return replace(scenario, robots=tuple(robots), obstacles=tuple(obstacles))
 
 
 def with_setting(scenario: Scenario, name: str, value: float) -> Scenario:
@@ -259,7 +324,7 @@ class Session:
         self.compared: Method | None = None
         self.robot, self.response = 0, -1
         self._box = Scene(scenario, [] if recorded is None else recorded.steps)
-        self._undo: list[tuple[Scenario, Recorded | None, Method]] = []
+        self._undo: list[tuple[Scenario, Recorded | None, Method, Scene]] = []
         self._gesture: object = None
         self._restored = False
         self._fields = Fields()
@@ -323,7 +388,9 @@ class Session:
             "select": self._select,
             "drag": self._drag,
             "add": self._add,
+            "path": self._path,
             "remove": self._remove,
+            "new": self._new,
             "method": self._method,
             "compare": self._compare,
             "response": self._response,
@@ -379,25 +446,31 @@ class Session:
         what, to = str(_given(command, "what")), _given(command, "to")
         if what == "control":
             return self._probe(_step_of(command), to, answers, whole(command.get("slot", 0), "slot"))
-        base = self._changed(command)
-        self.scenario = dragged(base, what, whole(_given(command, "index"), "index"), to)
-        return self._restarted(answers)
+        changed = dragged(self._base(command), what, whole(_given(command, "index"), "index"), to)
+        return self._replaced(command, changed, answers)
 
-    def _changed(self, command: Mapping[str, Any]) -> Scenario:
-        """The scenario from which a change begins; that before the first change of a gesture can be restored."""
-        gesture = command.get("gesture")
-        if gesture is not None and gesture == self._gesture:
+    def _continues(self, command: Mapping[str, Any]) -> bool:
+        """Whether a command goes on with the gesture of the one before: the state before them is restored at once."""
+        return command.get("gesture") is not None and command["gesture"] == self._gesture
+
+    def _base(self, command: Mapping[str, Any]) -> Scenario:
+        """The scenario from which a change begins."""
+        if self._continues(command):
             return self.scenario
-        self._gesture = gesture
-        step = _step_of(command)
-        steps = self._played.steps
-        base = from_step(self.scenario, steps, min(step, len(steps) - 1) if steps else 0)
-        self._remember()
-        return base
+        step, steps = _step_of(command), self._played.steps
+        return from_step(self.scenario, steps, min(step, len(steps) - 1) if steps else 0)
+
+    def _replaced(self, command: Mapping[str, Any], scenario: Scenario, answers: int) -> list[bytes]:
+        """Run another scenario; the one before it can be restored."""
+        if not self._continues(command):
+            self._remember()
+        self._gesture = command.get("gesture")
+        self.scenario = scenario
+        return self._restarted(answers)
 
     def _remember(self) -> None:
         """Keep the present scenario or replay for undo; what follows is a run of its own."""
-        self._undo = [*self._undo[-MAX_UNDO + 1 :], (self.scenario, self.recorded, self.method)]
+        self._undo = [*self._undo[-MAX_UNDO + 1 :], (self.scenario, self.recorded, self.method, self._box)]
         self.recorded = None
 
     def _restarted(self, answers: int) -> list[bytes]:
@@ -406,7 +479,7 @@ class Session:
             return self.opening(answers)
         except SlalomError as error:
             # The scenario is one that cannot run, such as one whose goal is covered: the one before it stays.
-            self.scenario, self.recorded, self.method = self._undo.pop()
+            self.scenario, self.recorded, self.method, self._box = self._undo.pop()
             self._gesture = None
             self._begin()
             raise InvalidInput(str(error)) from error
@@ -435,25 +508,34 @@ class Session:
             "slot": slot,
             "control": control.tolist(),
             "time": float(times[first]) if first >= 0 else None,
+            "first": first,
             "sentence": f"The control ({numbers}) {hits}{limits}",
         }
         return [pack("probe", described, {"path": path.astype(np.float32)})]
 
     def _add(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        base = self._changed(command)
-        self.scenario = with_obstacle(base, _given(command, "to"), _given(command, "radius"))
-        return self._restarted(answers)
+        what, points = str(_given(command, "what")), _given(command, "points")
+        return self._replaced(command, drawn(self._base(command), what, points, _given(command, "radius")), answers)
+
+    def _path(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        index, points = _given(command, "index"), _given(command, "points")
+        return self._replaced(command, led(self._base(command), index, points, _given(command, "speed")), answers)
 
     def _remove(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
-        base = self._changed(command)
-        self.scenario = without_obstacle(base, whole(_given(command, "index"), "index"))
+        what, index = str(_given(command, "what")), _given(command, "index")
+        return self._replaced(command, without(self._base(command), what, index), answers)
+
+    def _new(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
+        """An empty page: a robot and its goal."""
+        scenario = replace(gallery.build("empty"), name="drawing")
+        self._remember()
+        self._box = Scene(scenario)
+        self.scenario, self._gesture = scenario, None
         return self._restarted(answers)
 
     def _set(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         changed = with_setting(self.scenario, str(_given(command, "name")), _given(command, "value"))
-        self._remember()
-        self.scenario, self._gesture = changed, None
-        return self._restarted(answers)
+        return self._replaced(command, changed, answers)
 
     def _method(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         before, recorded = self.method, self.recorded
@@ -467,7 +549,7 @@ class Session:
         except SlalomError as error:
             self.method = before
             if recorded is not None:
-                _, self.recorded, _ = self._undo.pop()
+                _, self.recorded, _, _ = self._undo.pop()
             self._begin()
             raise InvalidInput(str(error)) from error
 
@@ -487,7 +569,7 @@ class Session:
     def _take_back(self, command: Mapping[str, Any], answers: int) -> list[bytes]:
         if not self._undo:
             raise InvalidInput("undo: expected a change before, found none")
-        self.scenario, self.recorded, self.method = self._undo.pop()
+        self.scenario, self.recorded, self.method, self._box = self._undo.pop()
         self._gesture = None
         self._begin()
         return self.opening(answers)
@@ -505,11 +587,15 @@ class Session:
         """Take the state that a page kept: scene as YAML, method, second method and robot, each if it is given."""
         scene, compare = command.get("scene"), command.get("compare")
         scenario = self.scenario if scene is None else scenario_of(str(scene))
-        found = Session(scenario, method_of(str(command.get("method", self.method.name))))
+        found = Session(scenario, self.method)
+        # The scene holds a method too; the page may show another one in it.
+        chosen = method_of(str(command.get("method", found.method.name)))
         robot = whole(command.get("robot", 0), "robot")
-        if scene is not None or found.method != self.method:
+        if scene is not None or chosen != self.method:
             self._remember()
-        self.scenario, self.method = found.scenario, found.method
+        self.scenario, self.method = found.scenario, chosen
+        if scenario.name != self._box.scenario.name:
+            self._box = found._box
         self.robot, self.compared = robot, None
         self._restored = True
         messages = self._restarted(answers)
