@@ -29,8 +29,7 @@ from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, listed
 from slalom.vehicle.curves import Way, ends
-from slalom.vehicle.decision import Moment, Proposal, VehicleDecision
-from slalom.vehicle.estimate import PERSISTS, estimated
+from slalom.vehicle.decision import PERSISTS, Moment, Proposal, VehicleDecision, estimated, manoeuvre_of
 from slalom.vehicle.following import (
     OFF_WAY,
     Following,
@@ -43,7 +42,6 @@ from slalom.vehicle.following import (
     same_goal,
     search,
 )
-from slalom.vehicle.motion import manoeuvre_of
 from slalom.vehicle.sweep import Scene, convex_bodies
 from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import WayFound
