@@ -82,18 +82,17 @@ def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: floa
     return float(final - max(max_speed * max_speed, speed) * (1.0 + ADMISSIBLE))
 
 
-@kernel
-def earliest_on_line(left: float, along: float, max_acceleration: float, fast: float) -> float:
-    """The least time [s] to advance by `left` [m] from the speed `along` [m/s], never above `fast` [m/s]."""
-    if left <= 0.0:
-        return 0.0
-    faster = (fast - along) / max_acceleration
-    gone = 0.5 * (fast + along) * faster
-    if gone < left:
-        return float(faster + (left - gone) / fast)
-    # It arrives before it reaches its largest speed. In this form nothing cancels if it moves there already.
-    root = np.sqrt(along * along + 2.0 * max_acceleration * left)
-    return float(2.0 * left / (root + along) if along > 0.0 else (root - along) / max_acceleration)
+@inlined
+def products(away: Array, velocity: Array) -> tuple[float, float, float]:
+    """The square of a displacement (d,), that of a velocity (d,), and their scalar product."""
+    square = 0.0
+    speed = 0.0
+    along = 0.0
+    for axis in range(len(away)):
+        square += away[axis] * away[axis]
+        speed += velocity[axis] * velocity[axis]
+        along += away[axis] * velocity[axis]
+    return square, speed, along
 
 
 @kernel
@@ -102,13 +101,7 @@ def arrival_by_secants(away: Array, v: Array, max_acceleration: float, max_speed
 
     Arguments as of `earliest_arrival`.
     """
-    square = 0.0
-    speed = 0.0
-    along = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += v[axis] * v[axis]
-        along += away[axis] * v[axis]
+    square, speed, along = products(away, v)
     along /= np.sqrt(square)
     fast = max(max_speed, np.sqrt(speed))
     # Straight ahead at the largest speed, and the time lost until the velocity points there.
@@ -134,11 +127,7 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
     The point has the velocity v (d,) [m/s]. It accelerates once by at most `max_acceleration` [m/s^2] and then coasts,
     at most at `max_speed` [m/s] or at its present speed.
     """
-    square = 0.0
-    speed = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += v[axis] * v[axis]
+    square, speed, _ = products(away, v)
     distance = np.sqrt(square)
     if distance <= tolerance:
         return 0.0
@@ -201,13 +190,7 @@ def passing_velocity(away: Array, velocity: Array, max_acceleration: float, max_
     At most `max_speed` [m/s]. `max_acceleration` [m/s^2] also bounds it on the arc from the present heading to the
     place, which has the radius distance / (2 sin angle).
     """
-    square = 0.0
-    speed = 0.0
-    along = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += velocity[axis] * velocity[axis]
-        along += away[axis] * velocity[axis]
+    square, speed, along = products(away, velocity)
     distance = max(np.sqrt(square), 1e-12)
     cosine = along / (distance * max(np.sqrt(speed), 1e-12))
     sine = np.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0
@@ -224,13 +207,7 @@ def time_to_rest(away: Array, velocity: Array, max_acceleration: float, braking:
     a velocity v across the line takes v^2 / (a (2 w + v)), with the largest speed w on the way: v^2 / (2 a w) for a
     small one, v / a from rest.
     """
-    square = 0.0
-    speed = 0.0
-    along = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += velocity[axis] * velocity[axis]
-        along += away[axis] * velocity[axis]
+    square, speed, along = products(away, velocity)
     distance = np.sqrt(square)
     along /= max(distance, 1e-12)
     across = np.sqrt(max(speed - along * along, 0.0))
