@@ -185,6 +185,9 @@ class TimeInvariant(ABC):
         coefficient, gain = _acceleration_coefficients(self, t)
         return Affine(scaled(coefficient, state.velocity), gain)
 
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (self.acceleration_at(state, 0.0),)
+
     def pieces(self, state: State, horizon: float, speed_bound: float) -> tuple[Array, Array, Array]:
         """Position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) [m] and gain (m, 4)."""
         table = _exact(self, horizon) if self.interpolation_error == 0.0 else _cubic(self, horizon, speed_bound)
