@@ -25,8 +25,6 @@ import numpy.typing as npt
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
-Singles: TypeAlias = npt.NDArray[np.float32]
-Words: TypeAlias = npt.NDArray[np.uint64]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
 Direction: TypeAlias = tuple[float, float, float, float]
 
