@@ -34,6 +34,7 @@ from slalom.kernels.decision.tables import (
 )
 from slalom.kernels.decision.targets import (
     desired_velocity,
+    piece_of,
     rests_within,
     target_state,
     time_to_target,
@@ -572,16 +573,7 @@ def position_shares(r: int, t: float, responses: ResponseTable) -> tuple[float, 
 
     After the end of its table the motion goes on in a straight line.
     """
-    first = responses.first[r]
-    last = responses.first[r + 1]
-    low = first
-    high = last
-    while high - low > 1:
-        middle = (low + high) // 2
-        if responses.knots[middle + r] <= t:
-            low = middle
-        else:
-            high = middle
+    low = piece_of(responses.knots, responses.first, r, t)
     begin = responses.knots[low + r]
     end = responses.knots[low + r + 1]
     x = min((t - begin) / (end - begin), 1.0)
