@@ -18,7 +18,6 @@ from .decision.targets import (
     time_to_rest as time_to_rest,
 )
 from .geometry.boundaries import axes_along as axes_along
-from .geometry.envelope import grazing_discs as grazing_discs
 from .geometry.hulls import distances as distances
 from .guidance.priority_inheritance import give_way as give_way
 from .guidance.traffic_circle import (
