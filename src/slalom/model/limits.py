@@ -13,6 +13,7 @@ from slalom.base.checks import (
     STATE,
     Array,
     Checked,
+    CheckedFields,
     Positive,
     check_fields,
     has,
@@ -309,7 +310,7 @@ def least_speed(limits: Limits) -> LeastSpeed | None:
 
 
 @dataclass(frozen=True)
-class AccelerationLag:
+class AccelerationLag(CheckedFields):
     """The robot's acceleration approaches the commanded one at the rate 1 / `lag`.
 
     Of a robot with position p, velocity v and acceleration a the *reference* has the position p + lag v and the
@@ -326,9 +327,6 @@ class AccelerationLag:
     """
 
     lag: Positive
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def reference(self, state: State) -> State:
         """The reference of a robot in `state`, whose acceleration is the measured one, not the commanded one."""

@@ -28,9 +28,6 @@ class Velocity(TimeInvariant):
     interpolation_error: ClassVar[float] = 0.0
     ramp: NotNegative = 0.0
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
     @property
     def restartable(self) -> bool:
         return self.ramp == 0.0
@@ -70,9 +67,6 @@ class LaggedVelocity(TimeInvariant):
     interpolation_error: ClassVar[float] = INTERPOLATION
     restartable: ClassVar[bool] = True
     lag: Positive
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def position_coefficients(self, time: Array) -> Coefficients:
         x = time / self.lag
@@ -159,9 +153,6 @@ class AccelerateThenCoast(_Held):
 
     interpolation_error: ClassVar[float] = 0.0
     hold: Positive
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def position_coefficients(self, time: Array) -> Coefficients:
         return time, ramp(time, self.hold)
@@ -257,9 +248,6 @@ class AccelerateThenBrake(_Stopping):
 
     hold: Positive
     brake: Positive
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""

@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import Array
+from slalom.base.checks import Array, CheckedFields
 from slalom.model.path import hermite, hermite_weights, rest_from
 from slalom.model.state import Affine, State, scaled
 
@@ -135,7 +135,7 @@ class Cubic(NamedTuple):
     gain: Array  # (m, 4)
 
 
-class TimeInvariant(ABC):
+class TimeInvariant(CheckedFields, ABC):
     """Position p + c * v + gain * u; velocity and acceleration c * v + gain * u.
 
     The coefficients c and the gains are functions of time and are cached for repeated times. The caches are keyed by
