@@ -66,6 +66,7 @@ from .model.bounds import (
 )
 from .model.goal import Goal as Goal
 from .model.limits import (
+    AccelerationLag as AccelerationLag,
     Admissible as Admissible,
     HalfSpace as HalfSpace,
     Limits as Limits,
@@ -134,4 +135,3 @@ from .perception.tracker import (
     Tracker as Tracker,
 )
 from .vehicle.driver import Drive as Drive, Driver as Driver, DriveStatus as DriveStatus
-from .vehicle.lag import AccelerationLag as AccelerationLag

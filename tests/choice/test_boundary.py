@@ -17,10 +17,9 @@ from slalom import (
     PiecewisePolynomial,
     State,
     control_obstacle,
-    kernels,
 )
 from slalom.choice.control_obstacle import BOUNDARY
-from slalom.choice.envelope import RelativeMotion, Window, discs_bend, grazing_curves, may_meet, rows_of_corners, sample
+from slalom.choice.envelope import RelativeMotion, Window, grazing_curves
 from slalom.choice.outline import boundary, closed_lines
 from slalom.kernels.arrays import Hulls, Segments
 
@@ -285,32 +284,6 @@ def test_curves_are_closed_and_bound_the_region():
 
 # ---------------------------------------------------------------------------------------------------------------------
 # How curves are made.
-
-
-@pytest.mark.parametrize("chunk", draws(range(4)))
-def test_the_kernel_cuts_pieces_as_arrays_do(chunk):
-    """Two ways to write the same rule, to the bit: for all discs of a table at once, and one piece after another."""
-    cuts = 0
-    for number in range(10 * chunk, 10 * chunk + 10):
-        s = scene(number, 2)
-        smallest = int(np.argmin(s.admissible.radii))
-        radius = float(s.admissible.radii[smallest])
-        window = Window(s.admissible.centers[smallest], radius, BOUNDARY * radius)
-        for rows, control in rows_of_corners(s.blocked.segments):
-            reach = s.blocked.segments.table.bounding_radius[rows]
-
-            def meets(which, part, reach=reach, window=window):
-                return may_meet(part, reach[which], window)
-
-            expected = sample(rows, control, window, meets, discs_bend(window))
-            view = np.array([*window.center, window.radius, window.tolerance])
-            piece, times, points, sharp = kernels.grazing_discs(control, reach, view)
-            assert np.array_equal(rows[piece], expected.row)
-            assert np.array_equal(times, [expected.begin, expected.end])
-            assert np.array_equal(np.moveaxis(points, 0, 2), expected.control[:, :4])
-            assert np.array_equal(sharp, expected.sharp)
-            cuts += len(piece)
-    assert cuts > 250
 
 
 def stop_and_go(rng):

@@ -10,7 +10,7 @@ from fleets import OneByOne
 from slalom import METHODS, Disc, Goal, Limits, State, Stationary
 from slalom.decision.methods import margin_among
 from slalom.sim import Robot, Scenario, gallery, simulate
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.deciders import FleetDecider
 
 SHARED = METHODS["nao_shared"]
 FLEETS = {

@@ -32,7 +32,7 @@ from slalom.sim import Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import METRIC, between_robots, closest_approaches, single_robot_view
 from slalom.sim.measure.metrics import COLLISION
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.deciders import FleetDecider
 
 SHARED = METHODS["nao_shared"]
 

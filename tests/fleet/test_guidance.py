@@ -25,7 +25,7 @@ from slalom.kernels.guidance.tables import Grid
 from slalom.kernels.guidance.traffic_circle import circle_around, tangent_target, update_targets
 from slalom.sim import Robot, Scenario, simulate
 from slalom.sim.gallery import build
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.deciders import FleetDecider
 from slalom.sim.run.states import integrate
 
 MOVES = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if a * a + b * b in (1, 2, 5)]

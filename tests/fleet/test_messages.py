@@ -15,7 +15,7 @@ from slalom.sim import Robot, Scenario, load, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.measure.metrics import summary
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.deciders import FleetDecider
 from slalom.sim.run.messages import Messages, messages_of
 from slalom.sim.run.states import RobotStates, Sensing, sensing_of
 

@@ -18,16 +18,16 @@ def crowd(n, size, seed, far=0.0, slow=(0.2, 0.2, 0.3, 0.1, 0.1, 0.1)):
     # Some are at rest, and some by rounding only.
     velocity[:, :2] = rng.uniform(-2.0, 2.0, (n, 2)) * rng.choice([1.0, 1.0, 1.0, 0.0, 1e-17, 1e-25], (n, 1), p=slow)
     present = rng.random(n) < 0.9
-    return robot_rows(position, velocity, rng.uniform(0.1, 2.0, n), present, np.array([far, -far])), present
+    return robot_rows(position, velocity, rng.uniform(0.1, 2.0, n), present), present
 
 
 def encounters(rows, present, position, velocity, radius, end, closer):
     """The numbers of the robots that come near, by another formula than that of the kernel."""
     found = []
     for k in np.flatnonzero(present):
-        r, m = rows.exact[:2, k] - position, rows.exact[2:4, k] - velocity
+        r, m = rows.columns[:2, k] - position, rows.columns[2:4, k] - velocity
         when = -(r @ m) / max(m @ m, 1e-9)
-        if 0.0 < when < end and np.linalg.norm(r + when * m) < closer * (radius + rows.exact[4, k]):
+        if 0.0 < when < end and np.linalg.norm(r + when * m) < closer * (radius + rows.columns[4, k]):
             found.append(k)
     return found
 
@@ -36,7 +36,7 @@ def entries(rows, present, circle, own):
     """The numbers of the robots on a circle or on their way into it, about `own` [m] away from its centre."""
     found = []
     for k in np.flatnonzero(present):
-        x, y, vx, vy, radius = rows.exact[:5, k]
+        x, y, vx, vy, radius = rows.columns[:5, k]
         to, size = circle[:2] - (x, y), circle[2] + 2.0 * radius
         speed = max(float(np.hypot(vx, vy)), 1e-9)
         along, across = (to[0] * vx + to[1] * vy) / speed, abs(vx * to[1] - vy * to[0]) / speed
@@ -49,8 +49,8 @@ def entries(rows, present, circle, own):
 @given(SIZES, st.floats(1.0, 3000.0), st.integers(0, 10**6), st.floats(1.0, 5.0), st.floats(0.1, 2000.0))
 def test_no_robot_that_is_encountered_is_discarded(n, size, seed, closer, end):
     rows, present = crowd(n, size, seed)
-    position, velocity = rows.exact[:2, 0].copy(), (1.0, -0.5)
-    radius = rows.exact[4, -1] if present[-1] else 0.3
+    position, velocity = rows.columns[:2, 0].copy(), (1.0, -0.5)
+    radius = rows.columns[4, -1] if present[-1] else 0.3
     found = rows.candidates[: may_encounter(position, velocity, radius, end, closer, rows)]
     assert set(encounters(rows, present, position, velocity, radius, end, closer)) <= set(found)
     assert present[found].all()
@@ -70,7 +70,7 @@ def test_few_others_pass(far):
     """Of 3000 robots on 1 km^2, and as far from the origin of the plane as maps are."""
     rows, present = crowd(3000, 1000.0, 1, far, (0.8, 0.0, 0.0, 0.2, 0.0, 0.0))
     for k in range(0, 3000, 300):
-        position, velocity = rows.exact[:2, k].copy(), (1.2, 0.9)
+        position, velocity = rows.columns[:2, k].copy(), (1.2, 0.9)
         passed = may_encounter(position, velocity, 0.5, 300.0, 1.3, rows)
         assert passed <= 1.05 * len(encounters(rows, present, position, velocity, 0.5, 300.0, 1.3)) + 2
         circle = np.array([*position, 10.0, 1.0])

@@ -13,7 +13,7 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import NO_CLAIMS, NO_OBJECTIVES, DecisionTables
 from slalom.model.manoeuvre import first_manoeuvre
 from slalom.sim import Scenario, gallery
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.deciders import FleetDecider
 from slalom.sim.run.states import RobotStates
 
 

@@ -14,7 +14,7 @@ from hypothesis import given, strategies as st
 
 from slalom import Capsule, Disc, Polygon, Rectangle, Union
 from slalom.vehicle.curves import Arc, along, ends, length_of, reeds_shepp
-from slalom.vehicle.field import Field
+from slalom.vehicle.search import Field
 from slalom.vehicle.sweep import RESOLUTION, ROUNDED, Scene, convex_bodies, outline
 from slalom.vehicle.ways import Outcome, way_among
 

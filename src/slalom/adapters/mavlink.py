@@ -13,7 +13,17 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.checks import DECISION, Array, Positive, check_fields, has, not_negative, number, vector, vectors
+from slalom.base.checks import (
+    DECISION,
+    Array,
+    CheckedFields,
+    Positive,
+    has,
+    not_negative,
+    number,
+    vector,
+    vectors,
+)
 from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
 from slalom.model.shape import Ball
@@ -72,7 +82,7 @@ def setpoint(decision: Decision, t: float, heading: float | None = None) -> Setp
 
 
 @dataclass(frozen=True)
-class Drone:
+class Drone(CheckedFields):
     """A drone within `radius` [m] of its centre that is at most `error` [m] off its setpoints.
 
     Decide for `shape` from `state`. While the drone is within its error of the plan, the plan is that of a drone that
@@ -84,9 +94,6 @@ class Drone:
 
     radius: Positive
     error: Positive
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     @property
     def shape(self) -> Ball:

@@ -5,11 +5,13 @@ controlled point is larger than the agent by the distance of the point from the 
 Neighbours that are no members of the fleet are not expected to avoid it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, cos, hypot, sin
-from typing import Any, ClassVar, Final, Literal, NamedTuple, Protocol
+from typing import Any, ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -133,42 +135,6 @@ TWO_WHEELS = "2WDiff"
 """Type of the kinematics of two driven wheels."""
 
 
-class Agent(Protocol):
-    """The used members of a behaviour of navground with the properties of `SlalomFleet`."""
-
-    method: str
-    max_acceleration: float
-    time_horizon: float
-    keep_right: float
-    lead: float
-    world_period: Any
-    radius: float
-    safety_margin: float
-    position: Any
-    velocity: Any
-    orientation: float
-    optimal_speed: float
-    optimal_angular_speed: float
-    target: Any
-    kinematics: Any
-    values: dict[str, Any]
-
-    def get_environment_state(self) -> Any:
-        """The observed surroundings of the agent."""
-
-    def feasible_twist(self, twist: core.Twist2) -> core.Twist2:
-        """The twist nearest to `twist` that the kinematics permit."""
-
-    def twist_towards_velocity(self, velocity: Any) -> core.Twist2:
-        """The twist that moves the centre at `velocity` (2,) [m/s]."""
-
-    def cmd_twist_towards_orientation(self, orientation: float, speed: float, dt: float) -> core.Twist2:
-        """The twist of the next `dt` [s] towards an orientation [rad], at most at `speed` [rad/s]."""
-
-    def cmd_twist_towards_angular_speed(self, speed: float, dt: float) -> core.Twist2:
-        """The twist of the next `dt` [s] towards a turn rate `speed` [rad/s]."""
-
-
 class Motion(NamedTuple):
     """Limits of the motion of an agent, for its centre or for a point ahead, about which it is larger."""
 
@@ -177,13 +143,13 @@ class Motion(NamedTuple):
     growth: float  # [m] of the body about the point
 
 
-def speed_of(member: Agent) -> float:
+def speed_of(member: SlalomFleet) -> float:
     """Desired speed [m/s]: that of the target, or the optimal one."""
     speed = member.optimal_speed if member.target.speed is None else member.target.speed
     return float(min(speed, member.kinematics.max_speed))
 
 
-def motion_of(member: Agent, period: float) -> Motion:
+def motion_of(member: SlalomFleet, period: float) -> Motion:
     """Limits of the motion of an agent, with decisions every `period` [s].
 
     The body is grown by the lead, by the error of following, and by the error of the motion within a period. That is
@@ -192,7 +158,7 @@ def motion_of(member: Agent, period: float) -> Motion:
     Raises:
         InvalidInput: kinematics that are neither omnidirectional nor of two driven wheels.
     """
-    kinematics = member.kinematics
+    kinematics: Any = member.kinematics  # of two wheels: with an axis
     fastest = float(kinematics.max_speed)
     acceleration = float(member.max_acceleration) or min(speed_of(member), fastest) / RAMP
     within = acceleration * period * period / 8.0
@@ -207,18 +173,18 @@ def motion_of(member: Agent, period: float) -> Motion:
     return Motion(bound.lead, limits, bound.lead + bound.tracking_error(period) + within)
 
 
-def point_of(member: Agent, lead: float) -> Array:
+def point_of(member: SlalomFleet, lead: float) -> Array:
     """Controlled point (2,) [m]."""
     return np.asarray(np.asarray(member.position, np.float64) + lead * _axes(member)[0])
 
 
-def _axes(member: Agent) -> Array:
+def _axes(member: SlalomFleet) -> Array:
     """Unit vectors (2, 2) ahead and to the left."""
     cosine, sine = np.cos(member.orientation), np.sin(member.orientation)
     return np.array([[cosine, sine], [-sine, cosine]])
 
 
-def desired_velocity(member: Agent, velocity: Array, step: float, braking: float) -> Array:
+def desired_velocity(member: SlalomFleet, velocity: Array, step: float, braking: float) -> Array:
     """Velocity (2,) [m/s] towards the target, turned to the right; 0 for an agent that stops.
 
     It is longer by as much as the turn takes of its part towards the target. Near a place it is the velocity to have
@@ -243,7 +209,7 @@ def desired_velocity(member: Agent, velocity: Array, step: float, braking: float
     return speed_of(member) / length * np.array([way[0] + turn * way[1], way[1] - turn * way[0]]) if length else way
 
 
-def twist(member: Agent, velocity: Array, lead: float, dt: float) -> core.Twist2:
+def twist(member: SlalomFleet, velocity: Array, lead: float, dt: float) -> core.Twist2:
     """Twist of the next `dt` [s] that displaces the controlled point by `dt` times `velocity` (2,) [m/s]."""
     if not lead:
         wanted = member.twist_towards_velocity(velocity)
@@ -257,7 +223,7 @@ def twist(member: Agent, velocity: Array, lead: float, dt: float) -> core.Twist2
     return member.feasible_twist(core.Twist2((length / dt, 0.0), angle / dt, core.Frame.relative))
 
 
-def turn(member: Agent, dt: float) -> core.Twist2:
+def turn(member: SlalomFleet, dt: float) -> core.Twist2:
     """Twist of an agent at rest, which may turn to an orientation."""
     target = member.target
     speed = member.optimal_angular_speed if target.angular_speed is None else target.angular_speed
@@ -287,7 +253,7 @@ class AtRest:
     def __init__(self) -> None:
         self._seen, self._table = frozenset[Any](), ObstacleTable([])
 
-    def table(self, members: Sequence[Agent], shift: Array) -> tuple[ObstacleTable, ...]:
+    def table(self, members: Sequence[SlalomFleet], shift: Array) -> tuple[ObstacleTable, ...]:
         """A table of those that members observe now, displaced by `shift` (2,) [m]; none if there are none."""
         states = [m.get_environment_state() for m in members]
         lines = {(*line.p1, *line.p2) for state in states for line in state.line_obstacles}
@@ -300,7 +266,7 @@ class AtRest:
         return (self._table,) if len(self._table) else ()
 
 
-def neighbours(members: Sequence[Agent], shift: Array, now: float, dt: float) -> Tracks:
+def neighbours(members: Sequence[SlalomFleet], shift: Array, now: float, dt: float) -> Tracks:
     """Neighbours at `now` [s] that are no members, each once, displaced by `shift` (2,) [m].
 
     navground renews what an agent observes just before it decides. So the first agent observes this step, and the
@@ -332,7 +298,7 @@ class Group:
     """Agents of a fleet. Their points are unwrapped: they do not jump to the other side of a periodic world."""
 
     def __init__(self) -> None:
-        self.members: list[Agent] = []
+        self.members: list[SlalomFleet] = []
         self._commands: list[core.Twist2] = []
         self._now, self._at_rest = 0.0, AtRest()
         self._settings: list[tuple[Any, ...]] = []
@@ -340,13 +306,13 @@ class Group:
         self._motions: list[Motion] = []
         self._planned = self._velocities = self._shift = np.empty((0, 2))
 
-    def command(self, member: Agent, dt: float) -> core.Twist2:
+    def command(self, member: SlalomFleet, dt: float) -> core.Twist2:
         """Twist of a member; all decide when the first is asked."""
         if member is self.members[0]:
             self._commands = self._decide(self.members, dt)
         return self._commands[self.members.index(member)]
 
-    def _decide(self, members: list[Agent], dt: float) -> list[core.Twist2]:
+    def _decide(self, members: list[SlalomFleet], dt: float) -> list[core.Twist2]:
         settings: list[tuple[Any, ...]] = [
             (m, dt, speed_of(m), float(m.radius), float(m.safety_margin), *map(_comparable, m.values.values()))
             for m in members
@@ -388,7 +354,7 @@ class Group:
             for m, wanted, mean, motion in zip(members, desired, means, self._motions)
         ]
 
-    def _unwrap(self, points: Array, members: list[Agent]) -> None:
+    def _unwrap(self, points: Array, members: list[SlalomFleet]) -> None:
         """Find where agents were moved to the other side of a world that repeats."""
         moved, period = self._planned - points - self._shift, np.asarray(members[0].world_period)
         jumped = np.linalg.norm(moved, axis=1) > [float(m.radius) for m in members]
@@ -408,7 +374,7 @@ def _comparable(value: Any) -> Any:
     return tuple(np.asarray(value).tolist()) if np.ndim(value) else value
 
 
-def _fleet(members: list[Agent], motions: list[Motion], dt: float) -> Fleet:
+def _fleet(members: list[SlalomFleet], motions: list[Motion], dt: float) -> Fleet:
     """Bodies are grown, not margins: a margin is given up where no manoeuvre keeps it, a body is not."""
     period = np.asarray(members[0].world_period)
     return Fleet(

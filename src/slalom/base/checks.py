@@ -382,6 +382,13 @@ def check_fields(part: Any) -> None:
             object.__setattr__(part, name, check(value, name))
 
 
+class CheckedFields:
+    """Base of dataclasses whose fields are checked by their annotations alone, see `check_fields`."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
 @lru_cache(maxsize=256)
 def _checks_of(cls: type) -> tuple[tuple[str, Callable[[Any, str], Any], bool], ...]:
     """Name and check of each field with a check, and whether it may be None."""

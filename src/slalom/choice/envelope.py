@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom import kernels
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import BALL_ROUNDING, CONTACT, DEPTH, DIVISOR_FLOOR, JUMP, STILL
@@ -319,9 +318,10 @@ class Nodes(NamedTuple):
 
 def point_nodes(motion: RelativeMotion, window: Window, rows: Indices, control: Array) -> Nodes:
     """Discs of the points in rows (k,) with control points (4, 4, k) that may overlap the window."""
-    view, control = np.array([*window.center, window.radius, window.tolerance]), np.ascontiguousarray(control)
-    piece, (begin, end), points, sharp = kernels.grazing_discs(control, motion.table.bounding_radius[rows], view)
-    spans = Spans(rows[piece], begin, end, np.ascontiguousarray(np.moveaxis(points, 0, 2)), sharp)
+    reach = motion.table.bounding_radius[rows]
+    spans = sample(
+        rows, control[:, :4], window, lambda which, part: may_meet(part, reach[which], window), discs_bend(window)
+    )
     same, joint = spans.continues(linked_rows(motion))
     before, length = motion.begin[spans.row], (motion.end - motion.begin)[spans.row]
     # The start of each span, and its end unless the next span of the row starts there.

@@ -10,6 +10,7 @@ from slalom.base.checks import (
     OBJECTIVE,
     Array,
     Checked,
+    CheckedFields,
     NotNegative,
     Positive,
     check_fields,
@@ -114,7 +115,7 @@ class Objective(Protocol):
 
 
 @dataclass(frozen=True)
-class Arrive:
+class Arrive(CheckedFields):
     """Arrive at the goal as early as possible.
 
     To pass through the goal: reach it at the earliest time that an admissible control allows. If no control does, and
@@ -122,9 +123,6 @@ class Arrive:
     """
 
     enough_clearance: NotNegative = 0.0
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -213,13 +211,10 @@ def _even_times(first: float, last: float) -> Array:
 
 
 @dataclass(frozen=True)
-class KeepAcceleration:
+class KeepAcceleration(CheckedFields):
     """Change the acceleration as little as possible: comfort, and few adjustments."""
 
     enough_clearance: NotNegative = 0.0
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -232,14 +227,11 @@ class KeepAcceleration:
 
 
 @dataclass(frozen=True, eq=False)
-class FollowAcceleration:
+class FollowAcceleration(CheckedFields):
     """Begin with the given acceleration (d,) [m/s^2]: a filter for the command of another controller."""
 
     acceleration: Checked = Checked(vector)
     enough_clearance: NotNegative = 0.0
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation
@@ -252,14 +244,11 @@ class FollowAcceleration:
 
 
 @dataclass(frozen=True, eq=False)
-class FollowVelocity:
+class FollowVelocity(CheckedFields):
     """Reach the given velocity (d,) [m/s] when the control has settled."""
 
     velocity: Checked = Checked(vector)
     enough_clearance: NotNegative = 0.0
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         s = situation

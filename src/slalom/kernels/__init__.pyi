@@ -17,8 +17,7 @@ from .decision.targets import (
     stopping_speed as stopping_speed,
     time_to_rest as time_to_rest,
 )
-from .geometry.envelope import grazing_discs as grazing_discs
-from .geometry.frames import axes_along as axes_along
+from .geometry.boundaries import axes_along as axes_along
 from .geometry.hulls import distances as distances
 from .guidance.priority_inheritance import give_way as give_way
 from .guidance.traffic_circle import (
@@ -41,24 +40,23 @@ from .relative_motion.window import (
     segments_of as segments_of,
 )
 from .selection.exchange import choose_many as choose_many, nearest_free as nearest_free
-from .sequence_search.bounds import breach as breach
 from .sequence_search.search import grow_tree as grow_tree, sequence_is_clear as sequence_is_clear
-from .sequence_search.tree import add_node as add_node
-from .vehicle.body import pose_gaps as pose_gaps
-from .vehicle.driving import (
-    commanded as commanded,
-    drive as drive,
-    follow as follow,
-    held as held,
-    reached_after as reached_after,
-    sampled as sampled,
-    turn_rate as turn_rate,
-    within_limits as within_limits,
-)
-from .vehicle.ways import along_way as along_way, on_arc as on_arc
-from .vehicle.window import (
+from .sequence_search.tree import add_node as add_node, breach as breach
+from .vehicle.body import (
     contact_of as contact_of,
     first_clear as first_clear,
     least_left as least_left,
+    pose_gaps as pose_gaps,
     window_costs as window_costs,
+)
+from .vehicle.driving import (
+    actuated as actuated,
+    along_way as along_way,
+    drive as drive,
+    follow as follow,
+    held as held,
+    on_arc as on_arc,
+    sampled as sampled,
+    turn_rate as turn_rate,
+    within_limits as within_limits,
 )

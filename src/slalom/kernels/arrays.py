@@ -25,8 +25,6 @@ import numpy.typing as npt
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
-Singles: TypeAlias = npt.NDArray[np.float32]
-Words: TypeAlias = npt.NDArray[np.uint64]
 Plane: TypeAlias = tuple[bool, float, float, float, float]
 Direction: TypeAlias = tuple[float, float, float, float]
 
@@ -73,7 +71,7 @@ class PositionMap(NamedTuple):
     knots: Array  # (m + 1,) [s] from 0 to the horizon or later
     drift: Array  # (m, 4, d) [m] control points
     gain: Array  # (m, 4) control points [unit of position over unit of the control]
-    cross: Array  # (m, 4) those of the cross gain, see `geometry.gains`; (0, 4) if there is none
+    cross: Array  # (m, 4) those of the cross gain, see `geometry.cubic`; (0, 4) if there is none
     straight: int  # first piece from which on the position moves along one line, for any control; m if there is none
 
 
@@ -86,7 +84,7 @@ class Segments(NamedTuple):
 
     points: Array  # (4, 3, n) [m]
     gains: Array  # (4, n)
-    cross: Array  # (4, n) cross gains, see `geometry.gains`; (4, 0) if there are none
+    cross: Array  # (4, n) cross gains, see `geometry.cubic`; (4, 0) if there are none
     radius: Array  # (n,) [m] at the begin
     growth: Array  # (n,) [m] change of the radius over the segment
     bounding_radius: Array  # (n,) [m] of the rounded body about its origin, over the whole segment

@@ -40,8 +40,7 @@ from slalom.sim.explanation import (
     unchanged,
 )
 from slalom.sim.measure.recording import Step
-from slalom.sim.run.deciders import SingleRobotDecider
-from slalom.sim.run.fleet_decider import FleetDecider
+from slalom.sim.run.deciders import FleetDecider, SingleRobotDecider
 from slalom.sim.run.simulate import Run, by_name
 from slalom.sim.scenario import Scenario
 

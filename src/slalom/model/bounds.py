@@ -16,7 +16,18 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.base.checks import Array, Checked, Direction, Positive, check_fields, positive, short, vector, vectors
+from slalom.base.checks import (
+    Array,
+    Checked,
+    CheckedFields,
+    Direction,
+    Positive,
+    check_fields,
+    positive,
+    short,
+    vector,
+    vectors,
+)
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import REST
 from slalom.model.state import State
@@ -105,7 +116,7 @@ def axes(state: State, heading: npt.ArrayLike | None = None) -> Array | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Friction:
+class Friction(CheckedFields):
     """(a_x / x)^2 + (a_lateral / lateral)^2 <= 1 in the body frame; x is `forward` if a_x >= 0, else `braking`.
 
     Two half ellipses (in space half ellipsoids of revolution): the friction ellipse of a tyre with different limits of
@@ -119,9 +130,6 @@ class Friction:
     braking: Positive
     lateral: Positive
     heading: Direction = None
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     @cached_property
     def _sides(self) -> dict[int, HalfSpaces]:
@@ -257,7 +265,7 @@ class HeadingCone:
 
 
 @dataclass(frozen=True, eq=False)
-class TurningRadius:
+class TurningRadius(CheckedFields):
     """|a_lateral| <= v^2 / `least` in the body frame: the radius of curvature of a path is at least `least` [m].
 
     The limit of a vehicle's steering. Exact in the plane; in space an inscribed prism that loses at most 7.6 %.
@@ -267,9 +275,6 @@ class TurningRadius:
     braking: ClassVar[float] = np.inf
     least: Positive
     heading: Direction = None
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)
@@ -281,7 +286,7 @@ class TurningRadius:
 
 
 @dataclass(frozen=True, eq=False)
-class LeastSpeed:
+class LeastSpeed(CheckedFields):
     """The velocity along the present heading stays at or above `least` [m/s]: for vehicles that must not stop.
 
     A slower vehicle must not become slower still. Only the motion until the control has settled is bounded, not the
@@ -292,9 +297,6 @@ class LeastSpeed:
     braking: ClassVar[float] = np.inf
     least: Positive
     heading: Direction = None
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def half_spaces(self, state: State) -> HalfSpaces:
         frame = axes(state, self.heading)

@@ -13,6 +13,7 @@ from slalom.base.checks import (
     STATE,
     Array,
     Checked,
+    CheckedFields,
     Positive,
     check_fields,
     has,
@@ -302,3 +303,42 @@ def _inverse(half_spaces: HalfSpaces, peak: Affine, center: Array, radius: float
 def least_speed(limits: Limits) -> LeastSpeed | None:
     """The bound by which a robot never stops, if its limits have one."""
     return next((bound for bound in limits.bounds if isinstance(bound, LeastSpeed)), None)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A robot whose acceleration follows the commanded one with a lag.
+
+
+@dataclass(frozen=True)
+class AccelerationLag(CheckedFields):
+    """The robot's acceleration approaches the commanded one at the rate 1 / `lag`.
+
+    Of a robot with position p, velocity v and acceleration a the *reference* has the position p + lag v and the
+    velocity v + lag a. It is a double integrator that follows the command exactly. The robot follows it later by `lag`,
+    with an error of at most A lag^2 / 2, A the largest command (docs/theory.md, section 15). Decide for the reference
+    at the time at which the robot follows it, and command the acceleration of the decision:
+
+        navigator = Navigator(..., margin=0.05 + actuator.tracking_error(limits))
+        decision = navigator.decide(actuator.reference(state), obstacles, goal, now=now + actuator.lag, ...)
+        command = decision.manoeuvre.mean_acceleration(now + actuator.lag, period)
+
+    Attributes:
+        lag: [s] > 0, the time constant.
+    """
+
+    lag: Positive
+
+    def reference(self, state: State) -> State:
+        """The reference of a robot in `state`, whose acceleration is the measured one, not the commanded one."""
+        return State(
+            state.position + self.lag * state.velocity,
+            state.velocity + self.lag * state.acceleration,
+            state.acceleration,
+        )
+
+    def tracking_error(self, limits: Limits) -> float:
+        """Largest distance [m] of the robot from where the reference was `lag` before.
+
+        It holds if no command ever exceeded the limits, and the robot started with its acceleration within them.
+        """
+        return 0.5 * limits.max_acceleration * self.lag**2

@@ -8,7 +8,7 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import Array, Fraction, NotNegative, check_fields
+from slalom.base.checks import Array, CheckedFields, Fraction, NotNegative, check_fields
 from slalom.base.errors import InvalidInput
 
 
@@ -25,7 +25,7 @@ class Uncertainty(Protocol):
 
 
 @dataclass(frozen=True)
-class BoundedError:
+class BoundedError(CheckedFields):
     """Error of at most position + velocity t + acceleration t^2 / 2 (m, m/s, m/s^2), from sensors and intentions.
 
     `velocity` and `acceleration` are the largest differences between the obstacle and the forecast.
@@ -35,16 +35,13 @@ class BoundedError:
     velocity: NotNegative = 0.0
     acceleration: NotNegative = 0.0
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         time = np.asarray(t, dtype=np.float64)
         return np.asarray(self.position + time * (self.velocity + 0.5 * time * self.acceleration))
 
 
 @dataclass(frozen=True)
-class GaussianError:
+class GaussianError(CheckedFields):
     """Independent Gaussian errors of position and velocity.
 
     `position` [m] and `velocity` [m/s] are the standard deviations per axis. The obstacle leaves the radius, at any
@@ -61,9 +58,6 @@ class GaussianError:
     position: NotNegative
     velocity: NotNegative = 0.0
     probability: Fraction = 0.01
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         time = np.asarray(t, dtype=np.float64)
@@ -105,35 +99,29 @@ class KalmanError:
 
 
 @dataclass(frozen=True)
-class Aged:
+class Aged(CheckedFields):
     """The uncertainty `of` a prediction that was made `age` [s] >= 0 before."""
 
     of: Uncertainty
     age: NotNegative
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         return self.of.radius(np.asarray(t, dtype=np.float64) + self.age, dimension)
 
 
 @dataclass(frozen=True)
-class Scaled:
+class Scaled(CheckedFields):
     """A `share` (0 or more) of the radius of another uncertainty."""
 
     of: Uncertainty
     share: NotNegative
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         return self.share * self.of.radius(t, dimension)
 
 
 @dataclass(frozen=True)
-class GrowsUntil:
+class GrowsUntil(CheckedFields):
     """The uncertainty `of`, which does not grow any more from `until` [s] on: by then the robot decides anew.
 
     It is not convex. Of increasing times (n,) the first one at or after `until` is the last at which it has grown, so
@@ -142,9 +130,6 @@ class GrowsUntil:
 
     of: Uncertainty
     until: NotNegative
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
         time = np.asarray(t, dtype=np.float64)

@@ -6,7 +6,7 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from slalom.base.checks import Array, NotNegative, Positive, check_fields, mapping, positive
+from slalom.base.checks import Array, CheckedFields, NotNegative, Positive, check_fields, mapping, positive
 from slalom.model.limits import Limits
 from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
@@ -44,7 +44,7 @@ class HorizonByName:
 
 
 @dataclass(frozen=True)
-class SafeTime:
+class SafeTime(CheckedFields):
     """Safe time horizon: the time that the robot needs to stop relative to the obstacle under full braking.
 
     |v - v_B| / braking + `extra`; `extra` >= 0 [s] allows for the decision period and the hold of a manoeuvre. v_B is
@@ -55,9 +55,6 @@ class SafeTime:
     """
 
     extra: NotNegative = 1.0
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def __call__(self, state: State, obstacles: Sequence[Obstacle], limits: Limits, now: float) -> Array:
         times = []

@@ -53,19 +53,24 @@ def moving_obstacle() -> Figure:
     """Draw obstacle B on its path c(t), at c(t0) now, and robot A."""
     with style():
         figure, (ax,) = drawing.column((-2.0, 15.5, -2.5, 15.5))
-        drawing.path(ax, CIRCLE, HORIZON)
-        drawing.positions(ax, CIRCLE, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
-        start, obstacle_velocity = CIRCLE.position(0.0), CIRCLE.velocity(0.0)
-        drawing.arrow(ax, start, start + obstacle_velocity, INK, "obstacle-velocity")
-        drawing.label(ax, start + obstacle_velocity, r"$v_B$", offset=(5, -7))
-        drawing.label(ax, start, r"$B(t_0)$", offset=(4, 7))
+        _workspace(ax, CIRCLE, (4, 7))
+        drawing.label(ax, CIRCLE.position(0.0) + CIRCLE.velocity(0.0), r"$v_B$", offset=(5, -7))
         drawing.label(ax, CIRCLE.position(5.0), r"$c(t)$", offset=(-11, -2), color=FAINT)
-        drawing.robot_point(ax, np.zeros(2), "A", offset=(-7, 0))
-        drawing.arrow(ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
-        drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 5), color=ROBOT)
-        drawing.name_axes(ax, "x", "m")
         drawing.time_bar(ax, HORIZON)
     return figure
+
+
+def _workspace(ax: Axes, trajectory: Trajectory, name_offset: tuple[int, int]) -> None:
+    """Draw the obstacle now and later on its path, robot A, and both velocities; `name_offset` [pt] of B(t0)."""
+    drawing.path(ax, trajectory, HORIZON)
+    drawing.positions(ax, trajectory, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
+    start = trajectory.position(0.0)
+    drawing.arrow(ax, start, start + trajectory.velocity(0.0), INK, "obstacle-velocity")
+    drawing.label(ax, start, r"$B(t_0)$", offset=name_offset)
+    drawing.robot_point(ax, np.zeros(2), "A", offset=(-7, 0))
+    drawing.arrow(ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
+    drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 5), color=ROBOT)
+    drawing.name_axes(ax, "x", "m")
 
 
 def _velocities(ax: Axes, trajectory: Trajectory, times: Sequence[float], name: str) -> None:
@@ -83,7 +88,9 @@ def linear_vo() -> Figure:
     """Draw the cone of the VO with its apex at the obstacle's velocity, cut off at the horizon."""
     with style():
         figure, (workspace_ax, ax) = drawing.page([(-1.5, 16.5, -9.5, 8.5), (-1.0, 10.0, -3.0, 8.0)])
-        _line_workspace(workspace_ax)
+        _workspace(workspace_ax, LINE, (2, 6))
+        drawing.label(workspace_ax, LINE.position(0.0) + LINE.initial_velocity, r"$v_B$", offset=(-21, -5))
+        workspace_ax.set_title("workspace (arrows: 1 s)", pad=4)
         _velocities(ax, LINE, TIMES, "VO")
         drawing.control_point(ax, LINE.initial_velocity, r"$v_B$", offset=(-4, -8), colour=INK)
         ends = LINE.initial_velocity + 1.6 * (LINE.initial_position + _tangent_offsets(LINE.initial_position))
@@ -99,20 +106,6 @@ def _tangent_offsets(centre: np.ndarray) -> np.ndarray:
     along = -(RADIUS**2) / squared_distance * centre
     across = RADIUS * np.sqrt(squared_distance - RADIUS**2) / squared_distance * np.array([-centre[1], centre[0]])
     return np.stack([along + across, along - across])
-
-
-def _line_workspace(ax: Axes) -> None:
-    drawing.path(ax, LINE, HORIZON)
-    drawing.positions(ax, LINE, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
-    start, velocity = LINE.initial_position, LINE.initial_velocity
-    drawing.arrow(ax, start, start + velocity, INK, "obstacle-velocity")
-    drawing.label(ax, start, r"$B(t_0)$", offset=(2, 6))
-    drawing.label(ax, start + velocity, r"$v_B$", offset=(-21, -5))
-    drawing.robot_point(ax, np.zeros(2), "A", offset=(-7, 0))
-    drawing.arrow(ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
-    drawing.label(ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 6), color=ROBOT)
-    drawing.name_axes(ax, "x", "m")
-    ax.set_title("workspace (arrows: 1 s)", pad=4)
 
 
 def temporal_element() -> Figure:
@@ -141,15 +134,7 @@ def nlvo_circular() -> Figure:
     """Draw the NLVO of an obstacle on a circle."""
     with style():
         figure, (workspace_ax, ax) = drawing.page([(-2.0, 15.5, -2.0, 15.5), (-1.5, 9.5, -2.0, 9.0)])
-        drawing.path(workspace_ax, CIRCLE, HORIZON)
-        drawing.positions(workspace_ax, CIRCLE, RADIUS, (2.0, 4.0, 6.0, 8.0), HORIZON)
-        start = CIRCLE.position(0.0)
-        drawing.arrow(workspace_ax, start, start + CIRCLE.velocity(0.0), INK, "obstacle-velocity")
-        drawing.label(workspace_ax, start, r"$B(t_0)$", offset=(3, 8))
-        drawing.robot_point(workspace_ax, np.zeros(2), "A", offset=(-7, 0))
-        drawing.arrow(workspace_ax, (0, 0), ROBOT_VELOCITY, ROBOT, "velocity")
-        drawing.label(workspace_ax, ROBOT_VELOCITY, r"$v_A$", offset=(6, 5), color=ROBOT)
-        drawing.name_axes(workspace_ax, "x", "m")
+        _workspace(workspace_ax, CIRCLE, (3, 8))
         workspace_ax.set_title("workspace (arrows: 1 s)", pad=4)
         _velocities(ax, CIRCLE, TIMES, "NLVO")
         drawing.time_bar(ax, HORIZON)

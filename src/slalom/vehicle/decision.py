@@ -2,24 +2,30 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
+from math import hypot
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from slalom import kernels
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import Collision
 from slalom.decision.inputs import Commitment
 from slalom.kernels.arrays import Bodies
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre
-from slalom.model.state import State
+from slalom.model.path import Path, hermite
+from slalom.model.response.protocol import Unsteered
+from slalom.model.state import Affine, State
 from slalom.obstacle.window import ObstacleWindow
-from slalom.vehicle.estimate import motion_at
 from slalom.vehicle.following import Following
-from slalom.vehicle.vehicle import Command, Pose, pose_of
+from slalom.vehicle.vehicle import Command, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import WayFound
 
 
@@ -123,3 +129,130 @@ class VehicleDecision(Decision):
     def pose_at(self, now: float) -> Pose:
         """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
         return pose_of(motion_at(self.track, now))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The motion of a point of a vehicle as a response: what a robot does that is committed to it.
+
+
+class PointMotion(Unsteered):
+    """Response whose motion is that of a point of a vehicle, whatever the control: gain 0. It ends at rest.
+
+    Args:
+        times: (m + 1,) [s] from now. path: (m + 1, 2) [m] of the point, velocities: (m + 1, 2) [m/s].
+    """
+
+    interpolation_error = 0.0
+
+    def __init__(self, times: Array, path: Array, velocities: Array) -> None:
+        self.times = times
+        self._pieces: Path = hermite(times, path, velocities)
+
+    def _affine(self, t: npt.ArrayLike, derivative: int) -> Affine:
+        time = np.asarray(t, dtype=np.float64)
+        return Affine(self._at(time, derivative), np.zeros_like(time))
+
+    def position(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 0)
+
+    def velocity(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 1)
+
+    def acceleration(self, state: State, t: npt.ArrayLike) -> Affine:
+        return self._affine(t, 2)
+
+    def _at(self, t: Array, derivative: int) -> Array:
+        """Values (..., 2) of a derivative of the cubic pieces; at rest after the last one."""
+        times = self.times
+        over = t > times[-1]
+        t = np.minimum(t, times[-1])
+        k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
+        h = np.diff(times)[k]
+        s = ((t - times[k]) / h)[..., None]
+        p = np.moveaxis(self._pieces.points[k], -2, 0)
+        if derivative == 0:
+            r = 1.0 - s
+            return np.asarray(r**3 * p[0] + 3.0 * r * r * s * p[1] + 3.0 * r * s * s * p[2] + s**3 * p[3])
+        d = [3.0 * (b - a) / h[..., None] for a, b in pairwise(p)]
+        if derivative == 1:
+            found = (1.0 - s) ** 2 * d[0] + 2.0 * s * (1.0 - s) * d[1] + s * s * d[2]
+        else:
+            found = 2.0 * ((1.0 - s) * (d[1] - d[0]) + s * (d[2] - d[1])) / h[..., None]
+        return np.where(over[..., None], 0.0, found)
+
+    def knots(self, horizon: float, speed_bound: float) -> Array:
+        inner = self.times[(self.times > 0.0) & (self.times < horizon - 1e-9)]
+        return np.concatenate([[0.0], inner, [horizon]])
+
+
+def manoeuvre_of(vehicle: Vehicle, motions: Array, start: float) -> Manoeuvre:
+    """The manoeuvre of the point of a vehicle on its motions (n, 5) at the ends of all periods from `start` [s] on."""
+    rates = np.array([vehicle.turn_rate(speed, turn) for speed, turn in motions[:, 3:].tolist()])
+    e = np.stack([np.cos(motions[:, 2]), np.sin(motions[:, 2])], axis=1)
+    path = motions[:, :2] + vehicle.lever * e
+    velocities = motions[:, 3:4] * e + (vehicle.lever * rates)[:, None] * np.stack([-e[:, 1], e[:, 0]], axis=1)
+    times = vehicle.period * np.arange(len(motions), dtype=np.float64)
+    return Manoeuvre(PointMotion(times, path, velocities), State(path[0], velocities[0]), np.zeros(2), start)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The motion of a vehicle at the time at which a decision acts, from a measured pose and from what was predicted.
+
+
+CORRECTION_TIMES: Final = np.array([0.4, 0.4, 0.4, 1.2, 1.2])
+"""[s] Times in which differences of measured motions from the predicted ones are corrected, by 63 %.
+
+Of x, y, heading, speed and turn, each in addition to the lag. Longer: the vehicle notices slip later. Shorter: noise of
+measurements becomes turns of the vehicle, which a lag amplifies.
+"""
+
+CORRECTED_WITHIN: Final = (0.05, 0.08, 0.2, 0.5)
+"""[m, rad, m/s, rad/s] Differences from the prediction beyond which the measured pose is taken as it is.
+
+Larger: a push is noticed later. Smaller: rare large errors of measurements count in full.
+"""
+
+PERSISTS: Final = 1e-9
+"""[1] A time that is a whole number of periods up to this share of one counts as that number."""
+
+
+def motion_at(track: Array, now: float) -> Array:
+    """The motion (5,) at `now` [s] of a track (m, 6); before its begin and after its end the first and the last one."""
+    return np.array([np.interp(now, track[:, 0], track[:, k]) for k in range(1, 6)])
+
+
+def estimated(vehicle: Vehicle, motion: Array, measured: float, acts: float, track: Array | None, kept: float) -> Array:
+    """The track (m, 6), time [s] and motion, of a vehicle up to the time `acts` [s].
+
+    A predicted track is corrected by a share of the difference of the measured motion from it, and by all of it where
+    that is large. Without one the vehicle keeps its speed and turn.
+
+    Args:
+        motion: (5,) that was `measured` [s]. track: as it was predicted; None: not at all. kept: [s] of it before.
+    """
+    if track is None:
+        return _kept_on(vehicle, motion, measured, acts)
+    predicted = motion_at(track, measured)
+    off = motion - predicted
+    off[2] = (off[2] + np.pi) % (2.0 * np.pi) - np.pi
+    sizes = np.array([hypot(off[0], off[1]), *np.abs(off[2:])])
+    if np.all(sizes <= CORRECTED_WITHIN):
+        off *= 1.0 - np.exp(-vehicle.period / (CORRECTION_TIMES + max(vehicle.lags)))
+    between = track[(track[:, 0] > measured + TIME) & (track[:, 0] < acts - TIME)]
+    times = np.array([measured, *between[:, 0], *([acts] if acts > measured else [])])
+    rows = np.column_stack([times, np.array([motion_at(track, t) for t in times.tolist()])])
+    c, s = np.cos(off[2]), np.sin(off[2])
+    rows[:, 1:3] = predicted[:2] + off[:2] + (rows[:, 1:3] - predicted[:2]) @ np.array([[c, s], [-s, c]])
+    rows[:, 3:] += off[2:]
+    return np.concatenate([track[(track[:, 0] < measured - TIME) & (track[:, 0] > acts - kept)], rows])
+
+
+def _kept_on(vehicle: Vehicle, motion: Array, measured: float, acts: float) -> Array:
+    """The track (m, 6) of a vehicle that keeps its speed and turn."""
+    motion, now, rows = motion.copy(), measured, [[measured, *motion]]
+    while now < acts - PERSISTS * vehicle.period:
+        share = min(1.0, (acts - now) / vehicle.period)
+        kernels.drive(vehicle.wheels, motion, motion[3], motion[4], 0.0, share, motion)
+        now += share * vehicle.period
+        rows.append([now, *motion])
+    return np.array(rows)

@@ -111,18 +111,6 @@ class Bicycle(Vehicle):
         return self.wheelbase if self.ahead is None else self.ahead
 
     @property
-    def reverses(self) -> bool:
-        return False
-
-    @property
-    def turns_on_spot(self) -> bool:
-        return False
-
-    @property
-    def backs(self) -> bool:
-        return self.max_reverse_speed > 0.0
-
-    @property
     def least_radius(self) -> float:
         return self.wheelbase / tan(self.max_steering)
 
@@ -220,18 +208,6 @@ class DifferentialDrive(Vehicle):
     @property
     def lever(self) -> float:
         return POINT_AHEAD * self.track if self.ahead is None else self.ahead
-
-    @property
-    def reverses(self) -> bool:
-        return True
-
-    @property
-    def turns_on_spot(self) -> bool:
-        return True
-
-    @property
-    def backs(self) -> bool:
-        return True
 
     @property
     def least_radius(self) -> float:

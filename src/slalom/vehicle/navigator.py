@@ -17,7 +17,8 @@ from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Objective
 from slalom.decision.settings import SharedSettings
-from slalom.kernels.vehicle.wheels import CREEPING
+from slalom.kernels.arrays import Bodies, MaybeHulls
+from slalom.kernels.vehicle.wheels import CREEPING, Hull
 from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
@@ -29,8 +30,7 @@ from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, listed
 from slalom.vehicle.curves import Way, ends
-from slalom.vehicle.decision import Moment, Proposal, VehicleDecision
-from slalom.vehicle.estimate import PERSISTS, estimated
+from slalom.vehicle.decision import PERSISTS, Moment, Proposal, VehicleDecision, estimated, manoeuvre_of
 from slalom.vehicle.following import (
     OFF_WAY,
     Following,
@@ -43,7 +43,6 @@ from slalom.vehicle.following import (
     same_goal,
     search,
 )
-from slalom.vehicle.motion import manoeuvre_of
 from slalom.vehicle.sweep import Scene, convex_bodies
 from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import WayFound
@@ -614,7 +613,7 @@ class VehicleNavigator(SharedSettings):
         """Time [s] of the first contact of the body on motions (k, 5), `keep` (b,) [m] being kept."""
         return float(kernels.contact_of(self.vehicle.wheels, motions, *self._scene(moment, keep)))
 
-    def _scene(self, moment: Moment, keep: Array) -> tuple[Any, ...]:
+    def _scene(self, moment: Moment, keep: Array) -> tuple[Hull, Bodies, MaybeHulls]:
         """The arguments of kernels that look for contacts of the body."""
-        advance, bodies = ADVANCE_SHARE * self._contact_depth, moment.bodies
-        return PARTS, self._size, self.corners, bodies, bodies.hulls, keep, advance, self.horizon
+        hull = Hull(self.corners, self._size, PARTS, keep, ADVANCE_SHARE * self._contact_depth, self.horizon)
+        return hull, moment.bodies, moment.bodies.hulls

@@ -161,14 +161,14 @@ class Vehicle(ABC):
         """Distance [m] of the point that decides ahead of the axle."""
 
     @property
-    @abstractmethod
     def turns_on_spot(self) -> bool:
         """Whether the vehicle turns without driving."""
+        return not self.wheels.steered
 
     @property
-    @abstractmethod
     def backs(self) -> bool:
         """Whether the vehicle drives backwards at all."""
+        return self.wheels.max_reverse > 0.0
 
     @property
     @abstractmethod
@@ -186,9 +186,9 @@ class Vehicle(ABC):
         """Limits of the point, for which wheels and steering suffice at some headings."""
 
     @property
-    @abstractmethod
     def reverses(self) -> bool:
         """Whether plans of the point drive the vehicle backwards, and it may arrive so."""
+        return not self.wheels.steered
 
     @property
     @abstractmethod
@@ -225,7 +225,7 @@ class Vehicle(ABC):
 
     def command(self, motion: Array, end: Array) -> Command:
         """Command after which speed and turn are those of the motion `end` (5,), a period after `motion` (5,)."""
-        return Command(*(float(x) for x in kernels.commanded(self.wheels, motion, end[3], end[4])))
+        return Command(*(float(x) for x in kernels.actuated(self.wheels, motion, end[3], end[4], True)))
 
     def drive(self, pose: Pose, command: Command, duration: float | None = None) -> Pose:
         """Pose after `duration` [s], by default the period, under a command.
@@ -242,6 +242,6 @@ class Vehicle(ABC):
         if share > 1.0:
             raise InvalidInput(f"duration: expected at most the period, {self.period:g} s, found {duration:g} s")
         motion = pose.motion
-        speed, turn = kernels.reached_after(self.wheels, motion, float(command.speed), float(command.turn))
+        speed, turn = kernels.actuated(self.wheels, motion, float(command.speed), float(command.turn), False)
         kernels.drive(self.wheels, motion, speed, turn, 0.0, share, motion)
         return pose_of(motion)

@@ -21,8 +21,7 @@ from slalom.base.checks import Array, array, array_of, flag, not_negative, posit
 from slalom.base.errors import InvalidInput
 from slalom.model.shape import Shape
 from slalom.vehicle.curves import Way, ends
-from slalom.vehicle.field import Field
-from slalom.vehicle.search import NONE, Candidate, Driving, Judge, Search, arcs_of, joints, shortened
+from slalom.vehicle.search import NONE, Candidate, Driving, Field, Judge, Search, arcs_of, joints, shortened
 from slalom.vehicle.sweep import Scene, convex_bodies
 
 WIDER: Final = (1.0, 1.5, 2.5)

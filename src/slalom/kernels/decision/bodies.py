@@ -16,13 +16,14 @@ from slalom.kernels.decision.tables import (
     ObstaclePieces,
     Robot,
 )
-from slalom.kernels.geometry.cubic import restrict, value
+from slalom.kernels.geometry.cubic import restrict
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.window import (
-    copy_restricted,
+    copy_cut,
     kept_margin,
     overlaps,
+    places_now,
     put_ball,
     rows_within,
     share_of_piece,
@@ -153,35 +154,23 @@ def add_passive(
     bodies = tables.bodies
     pieces = rows.pieces
     horizon = tables.settings.horizon
-    fixed = bodies.pieces
-    turning = len(rows.pieces.turns) > 0
     count = 0
-    now = bodies.now
     more = robot.rounding - tables.robot_bodies.rounding + robot.margin + error
     for k in range(len(passive.row)):
         s = passive.row[k]
         b = passive.number[k]
         body = bodies.each[passive.body[b]]
-        begin = max(fixed.times[s, 0], now)
-        end = min(fixed.times[s, 1], now + bodies.until[body.owner])
-        width = fixed.times[s, 1] - fixed.times[s, 0]
-        share = (begin - fixed.times[s, 0]) / width
-        last = (end - fixed.times[s, 0]) / width
-        copy_restricted(fixed.points[s], share, last, pieces.points[count])
-        if turning:
-            copy_restricted(fixed.turns[s], share, last, pieces.turns[count])
-        pieces.times[count, 0] = begin - now
-        pieces.times[count, 1] = end - now
+        was_cut = copy_cut(bodies.pieces, s, bodies.now, bodies.now + bodies.until[body.owner], pieces, count)
         pieces.body[count] = b
-        pieces.radius[count] = fixed.radius[s] + fixed.growth[s] * share
-        pieces.growth[count] = fixed.growth[s] * (last - share)
         ball = rows.balls[count]
         grown = body.radius + body.hull_radius + more
         for axis in range(4):
             ball[axis] = bodies.balls[s, axis]
-        if (share > 0.0 or last < 1.0) and ball[3] < np.inf:
+        if was_cut and ball[3] < np.inf:
             put_ball(pieces, count, ball)
-            if not may_come_near(ball, begin - now, end - now, grown, robot, horizon, centers, radii):
+            begin = pieces.times[count, 0]
+            end = pieces.times[count, 1]
+            if not may_come_near(ball, begin, end, grown, robot, horizon, centers, radii):
                 continue
         count += 1
     return count
@@ -228,19 +217,7 @@ def add_margin(
     pieces = rows.pieces
     near = heads_nearby(i, radius, count, rows, tables)
     body = pieces.body[near]
-    places = np.zeros((len(near), 3))
-    directions = np.zeros((len(near), 2))
-    directions[:, 0] = 1.0
-    for h in range(len(near)):
-        s = near[h]
-        x = share_of_piece(pieces.times, s)
-        for axis in range(tables.settings.dimension):
-            p = pieces.points[s, :, axis]
-            places[h, axis] = value(p[0], p[1], p[2], p[3], x) - robot.position[axis]
-        if len(pieces.turns) > 0:
-            for axis in range(2):
-                p = pieces.turns[s, :, axis]
-                directions[h, axis] = value(p[0], p[1], p[2], p[3], x)
+    places, directions = places_now(pieces, near, robot.position[:])
     found = distances(
         places, directions, rows.hull[body], hulls_of_bodies(bodies.corners, rows.hull, np.empty((4, 2, 0)))
     )

@@ -1,12 +1,15 @@
 """Cost of a manoeuvre: the time until the robot arrives. And the optimistic cost of a response, without obstacles."""
 
-from typing import Final
+from collections.abc import Callable
+from typing import Any, Final
 
 import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.extending import lower_builtin, type_callable
 
 from slalom.base.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES
 from slalom.kernels.arrays import Array, Flags, Indices
-from slalom.kernels.callback import call_back
 from slalom.kernels.decision.detours import detour_length, longer_by_balls, may_block, time_around
 from slalom.kernels.decision.limits import admissible_set, excess, peak_drift, smallest_control_ball
 from slalom.kernels.decision.paths import acceleration_on_path, response_path, state_on_path
@@ -14,6 +17,7 @@ from slalom.kernels.decision.right_of_way import cost_on_ways
 from slalom.kernels.decision.tables import (
     ARRIVE,
     BALL_WINDOWS,
+    CALLBACK,
     COST,
     FOLLOW_ACCELERATION,
     FOLLOW_VELOCITY,
@@ -30,6 +34,7 @@ from slalom.kernels.decision.tables import (
 )
 from slalom.kernels.decision.targets import (
     desired_velocity,
+    piece_of,
     rests_within,
     target_state,
     time_to_target,
@@ -568,16 +573,7 @@ def position_shares(r: int, t: float, responses: ResponseTable) -> tuple[float, 
 
     After the end of its table the motion goes on in a straight line.
     """
-    first = responses.first[r]
-    last = responses.first[r + 1]
-    low = first
-    high = last
-    while high - low > 1:
-        middle = (low + high) // 2
-        if responses.knots[middle + r] <= t:
-            low = middle
-        else:
-            high = middle
+    low = piece_of(responses.knots, responses.first, r, t)
     begin = responses.knots[low + r]
     end = responses.knots[low + r + 1]
     x = min((t - begin) / (end - begin), 1.0)
@@ -630,3 +626,35 @@ def first_least(costs: Array) -> int:
         if costs[k] <= least + COST_TIE:
             return k
     return -1
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Calls of Python from kernels, by the address of a function.
+
+
+def call_back(address: int, question: int, response: int, until: float, to: float) -> float:
+    """The answer of the function at `address`, one of type CALLBACK.
+
+    It may write into arrays that the kernel reads. Its caller holds the function, and raises what was raised there.
+    """
+    return float(CALLBACK(address)(question, response, until, to))
+
+
+@type_callable(call_back)
+def _type_of_answer(_context: Any) -> Callable[..., Any]:
+    def answer(_address: Any, _question: Any, _response: Any, _until: Any, _to: Any) -> Any:
+        return types.float64
+
+    return answer
+
+
+@lower_builtin(call_back, types.Integer, types.Integer, types.Integer, types.Float, types.Float)  # type: ignore[no-untyped-call, untyped-decorator]
+def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    wanted = (types.int64, types.int64, types.int64, types.float64, types.float64)
+    address, *values = (
+        context.cast(builder, value, found, to) for value, found, to in zip(arguments, signature.args, wanted)
+    )
+    whole = ir.IntType(64)
+    real = ir.DoubleType()
+    function = ir.FunctionType(real, [whole, whole, real, real]).as_pointer()
+    return builder.call(builder.inttoptr(address, function), values)

@@ -7,7 +7,7 @@ import numpy as np
 from slalom.base.tolerances import BALL_ROUNDING, REST, REST_DURATION
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.tables import BALL_WINDOWS, DecisionSettings, Paths, ResponseTable, Robot, RobotTable
-from slalom.kernels.geometry.cubic import copy_into, restrict, slope, value
+from slalom.kernels.geometry.cubic import copy_into, curvature, restrict, slope, value
 from slalom.kernels.jit import inlined, kernel, squared
 
 FOLLOWING_ERROR: Final = 1e-9
@@ -225,42 +225,34 @@ def continue_from_state(
         publish(i, robots, settings)
 
 
+@inlined
+def place_on_path(paths: Paths, i: int, t: float) -> tuple[int, float, float]:
+    """The piece at time t [s] of row i of `paths`, its duration [s], and the place on it; the last one goes on."""
+    times = paths.times
+    k = 0
+    while k < paths.points.shape[1] - 1 and times[i, k + 1] <= t and times[i, k + 2] > times[i, k + 1]:
+        k += 1
+    width = times[i, k + 1] - times[i, k]
+    return k, width, (t - times[i, k]) / width
+
+
 @kernel
 def state_on_path(paths: Paths, i: int, t: float, position: Array, velocity: Array) -> None:
     """Position and velocity (d,) at time t [s] on row i of `paths`; the last piece that has a length goes on."""
-    times = paths.times
-    points = paths.points
-    k = 0
-    while k < points.shape[1] - 1 and times[i, k + 1] <= t and times[i, k + 2] > times[i, k + 1]:
-        k += 1
-    width = times[i, k + 1] - times[i, k]
-    x = (t - times[i, k]) / width
+    k, width, x = place_on_path(paths, i, t)
     for axis in range(len(position)):
-        p0 = points[i, k, 0, axis]
-        p1 = points[i, k, 1, axis]
-        p2 = points[i, k, 2, axis]
-        p3 = points[i, k, 3, axis]
-        position[axis] = value(p0, p1, p2, p3, x)
-        velocity[axis] = slope(p0, p1, p2, p3, x) / width
+        p = paths.points[i, k, :, axis]
+        position[axis] = value(p[0], p[1], p[2], p[3], x)
+        velocity[axis] = slope(p[0], p[1], p[2], p[3], x) / width
 
 
 @kernel
 def acceleration_on_path(paths: Paths, i: int, t: float, acceleration: Array) -> None:
     """Write the acceleration (d,) [m/s^2] at time t [s] on row i of `paths`; at a jump, the value that follows it."""
-    times = paths.times
-    points = paths.points
-    k = 0
-    while k < points.shape[1] - 1 and times[i, k + 1] <= t and times[i, k + 2] > times[i, k + 1]:
-        k += 1
-    width = times[i, k + 1] - times[i, k]
-    x = (t - times[i, k]) / width
+    k, width, x = place_on_path(paths, i, t)
     for axis in range(len(acceleration)):
-        p0 = points[i, k, 0, axis]
-        p1 = points[i, k, 1, axis]
-        p2 = points[i, k, 2, axis]
-        p3 = points[i, k, 3, axis]
-        bend = (1.0 - x) * (p2 - 2.0 * p1 + p0) + x * (p3 - 2.0 * p2 + p1)
-        acceleration[axis] = 6.0 * bend / (width * width)
+        p = paths.points[i, k, :, axis]
+        acceleration[axis] = curvature(p[0], p[1], p[2], p[3], x) / (width * width)
 
 
 @kernel

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import ADMISSIBLE, BRAKING_SHARE, REST
-from slalom.kernels.arrays import Array
+from slalom.kernels.arrays import Array, Indices
 from slalom.kernels.decision.tables import FOLLOW_VELOCITY, ResponseTable, Robot, RobotTable, Scratch, TargetPaths
 from slalom.kernels.geometry.cubic import slope, value
 from slalom.kernels.jit import inlined, kernel, squared
@@ -13,18 +13,6 @@ from slalom.kernels.jit import inlined, kernel, squared
 # ---------------------------------------------------------------------------------------------------------------------
 # Earliest arrival of a point that accelerates and then coasts; desired velocity; estimate of the time to the goal.
 
-
-ARRIVAL_ROOT: Final = 5e-10
-"""[1] Relative distance from the earliest arrival at which a root found by secants is accepted.
-
-Larger: more steps of the bisection are computed. Smaller: more roots are rejected, and all steps are computed.
-"""
-
-ARRIVAL_STEPS: Final = 6
-"""[1] Most secant steps towards the earliest arrival; more than four are seldom needed.
-
-Larger: time lost where secants do not converge. Smaller: bisection more often.
-"""
 
 ARRIVAL_FIRST: Final = 1e-3
 """[s] First of the times between which an earliest arrival is sought.
@@ -42,12 +30,6 @@ ARRIVAL_COUNT: Final = 424
 """[1] Number of these ratios: the last time is about 1e6 s.
 
 Smaller: later arrivals count as never.
-"""
-
-SECANT_OFFSET: Final = 1e-4
-"""[1] Relative offset of the second start of the secants.
-
-Larger: a step more. Smaller: the first difference is rounding.
 """
 
 
@@ -82,49 +64,17 @@ def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: floa
     return float(final - max(max_speed * max_speed, speed) * (1.0 + ADMISSIBLE))
 
 
-@kernel
-def earliest_on_line(left: float, along: float, max_acceleration: float, fast: float) -> float:
-    """The least time [s] to advance by `left` [m] from the speed `along` [m/s], never above `fast` [m/s]."""
-    if left <= 0.0:
-        return 0.0
-    faster = (fast - along) / max_acceleration
-    gone = 0.5 * (fast + along) * faster
-    if gone < left:
-        return float(faster + (left - gone) / fast)
-    # It arrives before it reaches its largest speed. In this form nothing cancels if it moves there already.
-    root = np.sqrt(along * along + 2.0 * max_acceleration * left)
-    return float(2.0 * left / (root + along) if along > 0.0 else (root - along) / max_acceleration)
-
-
-@kernel
-def arrival_by_secants(away: Array, v: Array, max_acceleration: float, max_speed: float, tolerance: float) -> float:
-    """An estimate [s], without a guarantee, of the earliest arrival where the speed limits it; or -1.
-
-    Arguments as of `earliest_arrival`.
-    """
+@inlined
+def products(away: Array, velocity: Array) -> tuple[float, float, float]:
+    """The square of a displacement (d,), that of a velocity (d,), and their scalar product."""
     square = 0.0
     speed = 0.0
     along = 0.0
     for axis in range(len(away)):
         square += away[axis] * away[axis]
-        speed += v[axis] * v[axis]
-        along += away[axis] * v[axis]
-    along /= np.sqrt(square)
-    fast = max(max_speed, np.sqrt(speed))
-    # Straight ahead at the largest speed, and the time lost until the velocity points there.
-    turn = np.sqrt(max(fast * fast - 2.0 * fast * along + speed, 0.0)) / max_acceleration
-    t = (np.sqrt(square) - tolerance) / fast + turn * (fast - along) / (2.0 * fast)
-    before = t
-    f = speed_excess(away, v, max_acceleration, max_speed, tolerance, t)
-    t *= 1.0 + SECANT_OFFSET
-    for _ in range(ARRIVAL_STEPS):
-        g = speed_excess(away, v, max_acceleration, max_speed, tolerance, t)
-        if not (np.isfinite(f) and np.isfinite(g)) or f == g:
-            return -1.0
-        t, before, f = t - g * (t - before) / (g - f), t, g
-        if abs(t - before) <= 0.1 * ARRIVAL_ROOT * t:
-            break
-    return float(t)
+        speed += velocity[axis] * velocity[axis]
+        along += away[axis] * velocity[axis]
+    return square, speed, along
 
 
 @kernel
@@ -134,46 +84,24 @@ def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: 
     The point has the velocity v (d,) [m/s]. It accelerates once by at most `max_acceleration` [m/s^2] and then coasts,
     at most at `max_speed` [m/s] or at its present speed.
     """
-    square = 0.0
-    speed = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += v[axis] * v[axis]
+    square, speed, _ = products(away, v)
     distance = np.sqrt(square)
     if distance <= tolerance:
         return 0.0
     # On the way the point is never faster than at its start or end.
     least = (distance - tolerance) / max(max_speed, np.sqrt(speed)) * (1.0 - 1e-6)
-    first = k = np.searchsorted(ARRIVAL_TIMES, least)
-    root = arrival_by_secants(away, v, max_acceleration, max_speed, tolerance)
-    never = root * (1.0 - ARRIVAL_ROOT)
-    surely = root * (1.0 + ARRIVAL_ROOT)
-    while k < len(ARRIVAL_TIMES) and ARRIVAL_TIMES[k] < surely:
-        k += 1
-    if not (
-        root > 0.0
-        and (k == first or ARRIVAL_TIMES[k - 1] <= never)
-        and speed_excess(away, v, max_acceleration, max_speed, tolerance, surely) <= 0.0
-        and speed_excess(away, v, max_acceleration, max_speed, tolerance, never) > 0.0
+    k = np.searchsorted(ARRIVAL_TIMES, least)
+    while (
+        k < len(ARRIVAL_TIMES) and speed_excess(away, v, max_acceleration, max_speed, tolerance, ARRIVAL_TIMES[k]) > 0.0
     ):
-        never = -np.inf
-        surely = np.inf
-        k = first
-        while (
-            k < len(ARRIVAL_TIMES)
-            and speed_excess(away, v, max_acceleration, max_speed, tolerance, ARRIVAL_TIMES[k]) > 0.0
-        ):
-            k += 1
+        k += 1
     if k == len(ARRIVAL_TIMES):
         return np.inf
     early = float(ARRIVAL_TIMES[k] / ARRIVAL_RATIO)
     late = float(ARRIVAL_TIMES[k])
     for _ in range(30):
         middle = 0.5 * (early + late)
-        # The root decides all but the last steps.
-        if middle >= surely or (
-            middle > never and speed_excess(away, v, max_acceleration, max_speed, tolerance, middle) <= 0.0
-        ):
+        if speed_excess(away, v, max_acceleration, max_speed, tolerance, middle) <= 0.0:
             late = middle
         else:
             early = middle
@@ -201,13 +129,7 @@ def passing_velocity(away: Array, velocity: Array, max_acceleration: float, max_
     At most `max_speed` [m/s]. `max_acceleration` [m/s^2] also bounds it on the arc from the present heading to the
     place, which has the radius distance / (2 sin angle).
     """
-    square = 0.0
-    speed = 0.0
-    along = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += velocity[axis] * velocity[axis]
-        along += away[axis] * velocity[axis]
+    square, speed, along = products(away, velocity)
     distance = max(np.sqrt(square), 1e-12)
     cosine = along / (distance * max(np.sqrt(speed), 1e-12))
     sine = np.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0
@@ -224,13 +146,7 @@ def time_to_rest(away: Array, velocity: Array, max_acceleration: float, braking:
     a velocity v across the line takes v^2 / (a (2 w + v)), with the largest speed w on the way: v^2 / (2 a w) for a
     small one, v / a from rest.
     """
-    square = 0.0
-    speed = 0.0
-    along = 0.0
-    for axis in range(len(away)):
-        square += away[axis] * away[axis]
-        speed += velocity[axis] * velocity[axis]
-        along += away[axis] * velocity[axis]
+    square, speed, along = products(away, velocity)
     distance = np.sqrt(square)
     along /= max(distance, 1e-12)
     across = np.sqrt(max(speed - along * along, 0.0))
@@ -288,22 +204,30 @@ Larger: the robot moves to a far future place of a goal that it cannot reach. Sm
 """
 
 
-@kernel
-def moving_target(i: int, t: float, targets: TargetPaths, position: Array, velocity: Array) -> None:
-    """Write the position (3,) [m] and velocity (3,) [m/s] of the moving target of robot i at time t [s]."""
-    first = targets.first[i]
-    last = targets.first[i + 1]
-    begin = targets.times[first + i]
-    end = targets.times[last + i]
-    low = first
-    high = last
-    at = min(max(t, begin), end)
+@inlined
+def piece_of(times: Array, first: Indices, i: int, t: float) -> int:
+    """The last piece of row i that begins at time t or before; pieces k of row i begin at times[k + i], one more ends.
+
+    Row i has the pieces first[i] to first[i + 1].
+    """
+    low = first[i]
+    high = first[i + 1]
     while high - low > 1:
         middle = (low + high) // 2
-        if targets.times[middle + i] <= at:
+        if times[middle + i] <= t:
             low = middle
         else:
             high = middle
+    return int(low)
+
+
+@kernel
+def moving_target(i: int, t: float, targets: TargetPaths, position: Array, velocity: Array) -> None:
+    """Write the position (3,) [m] and velocity (3,) [m/s] of the moving target of robot i at time t [s]."""
+    begin = targets.times[targets.first[i] + i]
+    end = targets.times[targets.first[i + 1] + i]
+    at = min(max(t, begin), end)
+    low = piece_of(targets.times, targets.first, i, at)
     width = targets.times[low + i + 1] - targets.times[low + i]
     x = (at - targets.times[low + i]) / width
     moves = begin <= t <= end

@@ -11,8 +11,7 @@ import numpy as np
 
 from slalom.base.tolerances import CLEARANCE, CONTACT, CONTACT_SLACK, RESOLVED
 from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, Segments
-from slalom.kernels.geometry.cubic import LEAST_WIDTH, restrict, value
-from slalom.kernels.geometry.gains import image, modulus_at
+from slalom.kernels.geometry.cubic import LEAST_WIDTH, image, modulus_at, restrict, value
 from slalom.kernels.jit import kernel, squared
 
 # ---------------------------------------------------------------------------------------------------------------------

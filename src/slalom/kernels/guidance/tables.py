@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from slalom.kernels.arrays import Array, Flags, Indices, Singles, Words
+from slalom.kernels.arrays import Array, Flags, Indices
 
 
 class GuidanceState(NamedTuple):
@@ -53,16 +53,8 @@ class PathSearch(NamedTuple):
 
 
 class RobotRows(NamedTuple):
-    """Robots in double and single precision with the workspace of the early rejection.
+    """Robots as columns, over which loops run on vector registers, with the workspace of the filter."""
 
-    m is n rounded up to whole words. Loops over rows run on vector registers.
-    """
-
-    exact: Array  # (6, n) x, y [m], velocity x, y [m/s], radius [m] (-inf: absent), speed [m/s]
-    coarse: Singles  # (5, m) the first five rows, with positions relative to the origin; NaN: absent
-    origin: Array  # (2,) or (3,) [m] of the coarse positions
-    extent: float  # [m] largest coordinate of a robot relative to the origin, plus its radius
-    top_speed: float  # [m/s] largest speed of a robot
-    possible: Flags  # (m,) result of the last test
-    words: Words  # (m / FLAGS_PER_WORD,) the same memory as words of 64 bits
+    columns: Array  # (6, n) x, y [m], velocity x, y [m/s], radius [m] (NaN: absent), speed [m/s]
+    possible: Flags  # (n,) result of the last test
     candidates: Indices  # (n,) numbers of the robots that passed the last test

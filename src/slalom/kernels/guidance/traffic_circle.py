@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import DIVISOR_FLOOR
-from slalom.kernels.arrays import Array, Flags, Indices, Singles
+from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.guidance.grid import (
     along_and_across,
@@ -22,31 +22,13 @@ from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, Robo
 from slalom.kernels.jit import kernel, squared, vectorized
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Conservative single-precision filter that discards robots which cannot affect robot i before the exact test.
-#
-# It passes every robot that matters and few others: its bounds are wider than the rounding errors of single precision.
+# Filter that discards robots which cannot affect robot i before the exact test. It passes all that matter, few others.
 
 
-FLAGS_PER_WORD: Final = 8
-"""[1] Flags of one byte that are tested as one word of 64 bits, so that eight discarded robots cost one comparison."""
+FILTER_SLACK: Final = 1e-6
+"""[1] Relative excess of squared distances and of times in the filter, for its rounding.
 
-FILTER_ROUNDING: Final = 8e-6
-"""[1] Error bound of a quantity computed in single precision, as a share of its largest term.
-
-Each number is good to 6e-8, and fewer than ten roundings add up. Larger: the early rejection passes more robots.
-Below 1e-6: rounding may discard a robot that is encountered.
-"""
-
-FILTER_SLOWEST: Final = 1e-9
-"""[m/s] Robots slower than this, but not at rest, always pass the early rejection: their squared speed underflows.
-
-Larger: more robots pass. Below 1e-19 m/s squares are 0 in single precision and such a robot could be discarded.
-"""
-
-FILTER_SLACK: Final = 0.01
-"""[1] Relative excess of squared distances and of times in the early rejection, for the rounding of cross terms.
-
-Larger: more robots pass. Smaller: the absolute error bound grows as its inverse, and more slow robots pass.
+Larger: more robots pass. Smaller than rounding: robots on the border of the exact test are discarded.
 """
 
 CIRCLE_ENTRY: Final = 2.0
@@ -64,46 +46,16 @@ without end. Smaller: robots in the same queue have different circles and meet f
 
 
 @kernel
-def robot_rows(position: Array, velocity: Array, radius: Array, present: Flags, origin: Array) -> RobotRows:
-    """Rows of all robots, in single precision relative to `origin` (2,) or (3,) [m].
-
-    position (n, 3) [m], velocity (n, 3) [m/s], radius (n,) [m], present (n,).
-    """
+def robot_rows(position: Array, velocity: Array, radius: Array, present: Flags) -> RobotRows:
+    """Rows of all robots: position (n, 3) [m], velocity (n, 3) [m/s], radius (n,) [m], present (n,)."""
     n = len(radius)
-    exact = np.empty((6, n))
+    columns = np.empty((6, n))
     for k in range(n):
-        exact[0, k], exact[1, k] = position[k, 0], position[k, 1]
-        exact[2, k], exact[3, k] = velocity[k, 0], velocity[k, 1]
-        exact[4, k] = radius[k] if present[k] else -np.inf
-        exact[5, k] = np.sqrt(velocity[k, 0] * velocity[k, 0] + velocity[k, 1] * velocity[k, 1])
-    words = np.zeros((n + FLAGS_PER_WORD - 1) // FLAGS_PER_WORD, np.uint64)
-    coarse = np.empty((5, FLAGS_PER_WORD * len(words)), np.float32)
-    candidates = np.empty(n, np.int64)
-    extent, top_speed = to_single_precision(exact, origin, coarse)
-    return RobotRows(exact, coarse, origin, extent, top_speed, words.view(np.bool_), words, candidates)
-
-
-@kernel
-def to_single_precision(exact: Array, origin: Array, coarse: Singles) -> tuple[float, float]:
-    """Extent [m] and top speed [m/s] of the robots; their rows go into `coarse`. See `RobotRows` for the arrays.
-
-    Absent robots are NaN, so every comparison with them is false.
-    """
-    n = exact.shape[1]
-    extent = 0.0
-    top_speed = 0.0
-    x = origin[0]
-    y = origin[1]
-    coarse[:] = np.nan
-    for k in range(n):
-        if exact[4, k] >= 0.0:
-            coarse[0, k], coarse[1, k] = exact[0, k] - x, exact[1, k] - y
-            coarse[2, k], coarse[3, k] = exact[2, k], exact[3, k]
-            # The square of such a speed underflows in single precision: an infinite radius passes every test.
-            coarse[4, k] = np.inf if 0.0 < exact[5, k] < FILTER_SLOWEST else exact[4, k]
-            extent = max(extent, max(abs(exact[0, k] - x), abs(exact[1, k] - y)) + exact[4, k])
-            top_speed = max(top_speed, exact[5, k])
-    return extent, top_speed
+        columns[0, k], columns[1, k] = position[k, 0], position[k, 1]
+        columns[2, k], columns[3, k] = velocity[k, 0], velocity[k, 1]
+        columns[4, k] = radius[k] if present[k] else np.nan
+        columns[5, k] = np.sqrt(velocity[k, 0] * velocity[k, 0] + velocity[k, 1] * velocity[k, 1])
+    return RobotRows(columns, np.empty(n, np.bool_), np.empty(n, np.int64))
 
 
 @kernel
@@ -116,41 +68,27 @@ def may_encounter(
     position r and relative velocity m, the least distance is |r x m| / |m|, after -(r m) / m^2. The loop has neither
     divisions nor branches, so that it runs on vector registers.
     """
-    x = rows.coarse[0]
-    y = rows.coarse[1]
-    vx = rows.coarse[2]
-    vy = rows.coarse[3]
-    radii = rows.coarse[4]
-    px = position[0] - rows.origin[0]
-    py = position[1] - rows.origin[1]
+    x = rows.columns[0]
+    y = rows.columns[1]
+    vx = rows.columns[2]
+    vy = rows.columns[3]
+    radii = rows.columns[4]
+    px = position[0]
+    py = position[1]
     wx, wy = velocity
-    length = rows.extent + abs(px) + abs(py)
-    speed = rows.top_speed + abs(wx) + abs(wy)
-    # Error bound of the product of a position and a velocity [m^2/s].
-    error = FILTER_ROUNDING * length * speed
-    least = np.float32(-error)
-    most = np.float32(error + FILTER_ROUNDING * end * speed * speed + 2.0 * DIVISOR_FLOOR * end)
-    p = np.float32(px)
-    q = np.float32(py)
-    u = np.float32(wx)
-    w = np.float32(wy)
-    scale = np.float32(factor)
-    own = np.float32(factor * radius + FILTER_ROUNDING * length)
-    wide = np.float32(1.0 + FILTER_SLACK)
-    more = np.float32(2.0 / FILTER_SLACK * error * error)
-    late = np.float32(end * (1.0 + FILTER_SLACK))
+    wide = 1.0 + FILTER_SLACK
     possible = rows.possible
     for k in range(len(possible)):
-        rx = x[k] - p
-        ry = y[k] - q
-        mx = vx[k] - u
-        my = vy[k] - w
+        rx = x[k] - px
+        ry = y[k] - py
+        mx = vx[k] - wx
+        my = vy[k] - wy
         square = mx * mx + my * my
         toward = -(rx * mx + ry * my)
         across = rx * my - ry * mx
-        touch = scale * radii[k] + own
-        near = across * across <= wide * touch * touch * square + more
-        possible[k] = near & (toward > least) & (toward <= late * square + most)
+        touch = factor * (radii[k] + radius)
+        near = across * across <= wide * touch * touch * square
+        possible[k] = near & (toward > 0.0) & (toward <= wide * end * (square + DIVISOR_FLOOR))
     return list_candidates(rows)
 
 
@@ -161,40 +99,29 @@ def may_enter_circle(circle: Array, own: float, rows: RobotRows) -> int:
     circle: centre x, y [m], radius [m], number of robots. own: distance of a robot from the centre [m]. The distances
     of robots that count differ from it by at most CIRCLE_ARC. The loop has neither divisions nor branches.
     """
-    x = rows.coarse[0]
-    y = rows.coarse[1]
-    vx = rows.coarse[2]
-    vy = rows.coarse[3]
-    radii = rows.coarse[4]
-    px = circle[0] - rows.origin[0]
-    py = circle[1] - rows.origin[1]
-    # Error bound of positions [m]; errors of velocities are proportional to the velocities.
-    error = FILTER_ROUNDING * (rows.extent + abs(px) + abs(py))
-    p = np.float32(px)
-    q = np.float32(py)
-    room = np.float32(circle[2] + error)
-    entry = np.float32(CIRCLE_ENTRY)
-    wide = np.float32(1.0 + FILTER_SLACK)
-    least = np.float32(error * error)
+    x = rows.columns[0]
+    y = rows.columns[1]
+    vx = rows.columns[2]
+    vy = rows.columns[3]
+    radii = rows.columns[4]
+    px = circle[0]
+    py = circle[1]
+    wide = 1.0 + FILTER_SLACK
     possible = rows.possible
-    away = np.float32(own)
-    apart = np.float32(CIRCLE_ARC * circle[2] + 2.0 * error)
-    none = np.float32(0.0)
     for k in range(len(possible)):
-        tx = p - x[k]
-        ty = q - y[k]
-        size = room + entry * radii[k]
-        difference = apart + entry * radii[k]
-        near = max(away - difference, none)
-        far = away + difference
+        tx = px - x[k]
+        ty = py - y[k]
+        size = circle[2] + CIRCLE_ENTRY * radii[k]
+        difference = CIRCLE_ARC * circle[2] + CIRCLE_ENTRY * radii[k]
+        near = max(own - difference, 0.0)
+        far = own + difference
         along = vx[k] * tx + vy[k] * ty
         across = vx[k] * ty - vy[k] * tx
         square_distance = tx * tx + ty * ty
-        square_speed = vx[k] * vx[k] + vy[k] * vy[k]
+        square_speed = vx[k] * vx[k] + vy[k] * vy[k] + DIVISOR_FLOOR * DIVISOR_FLOOR
         most = wide * size * size
-        towards = (along > np.float32(0.0)) | (along * along < least * square_speed)
         as_far = (near * near <= wide * square_distance) & (square_distance <= wide * far * far)
-        enters = (towards & (across * across <= most * square_speed)) | (square_distance <= most)
+        enters = ((along > 0.0) & (across * across <= most * square_speed)) | (square_distance <= most)
         possible[k] = as_far & enters
     return list_candidates(rows)
 
@@ -203,12 +130,10 @@ def may_enter_circle(circle: Array, own: float, rows: RobotRows) -> int:
 def list_candidates(rows: RobotRows) -> int:
     """Number of the robots that are possible; their numbers go into `candidates`, in ascending order."""
     count = 0
-    for w in range(len(rows.words)):
-        if rows.words[w] != 0:
-            for k in range(FLAGS_PER_WORD * w, FLAGS_PER_WORD * w + FLAGS_PER_WORD):
-                if rows.possible[k]:
-                    rows.candidates[count] = k
-                    count += 1
+    for k in range(len(rows.possible)):
+        if rows.possible[k]:
+            rows.candidates[count] = k
+            count += 1
     return count
 
 
@@ -309,16 +234,12 @@ Larger: only robots straight ahead are passed on the right. Smaller: robots that
 
 
 @kernel
-def nearest_image_rows(i: int, robots: GuidanceState, rows: RobotRows) -> RobotRows:
-    """Rows of all robots at their periodic images nearest to robot i; the arrays of `rows` are overwritten."""
-    exact = rows.exact
-    origin = robots.position[i]
+def put_nearest_images(i: int, robots: GuidanceState, rows: RobotRows) -> None:
+    """Move all robots in `rows` to their periodic images nearest to robot i."""
     for k in range(len(robots.radius)):
         x, y = nearest_image(i, k, robots)
-        exact[0, k] = origin[0] + x
-        exact[1, k] = origin[1] + y
-    extent, top_speed = to_single_precision(exact, origin, rows.coarse)
-    return RobotRows(exact, rows.coarse, origin, extent, top_speed, rows.possible, rows.words, rows.candidates)
+        rows.columns[0, k] = robots.position[i, 0] + x
+        rows.columns[1, k] = robots.position[i, 1] + y
 
 
 @kernel
@@ -341,15 +262,15 @@ def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: Ro
     dy = dy / distance
     count = 0
     end = ENCOUNTER_SHARE * distance / speed
-    exact = rows.exact
+    columns = rows.columns
     candidates = may_encounter(robots.position[i], (speed * dx, speed * dy), radius, end, ENCOUNTER_DISTANCE, rows)
     for j in range(candidates):
         k = rows.candidates[j]
         # Ignore robots that have arrived, even if they still drift.
         if k == i or robots.arrived[k]:
             continue
-        rx = exact[0, k] - px
-        ry = exact[1, k] - py
+        rx = columns[0, k] - px
+        ry = columns[1, k] - py
         vx = robots.velocity[k, 0]
         vy = robots.velocity[k, 1]
         mx = vx - speed * dx
@@ -454,7 +375,7 @@ def fit_circle(i: int, robots: GuidanceState, rows: RobotRows, circle: Array) ->
     y = 0.0
     radii = robots.radius[i]
     largest = 0.0
-    exact = rows.exact
+    columns = rows.columns
     own = np.sqrt(squared(circle[0] - robots.position[i, 0]) + squared(circle[1] - robots.position[i, 1]))
     apart = CIRCLE_ARC * circle[2]
     for j in range(may_enter_circle(circle, own, rows)):
@@ -462,25 +383,25 @@ def fit_circle(i: int, robots: GuidanceState, rows: RobotRows, circle: Array) ->
         # Robots that have arrived are gone around by waypoints.
         if k == i or robots.arrived[k]:
             continue
-        tx = circle[0] - exact[0, k]
-        ty = circle[1] - exact[1, k]
+        tx = circle[0] - columns[0, k]
+        ty = circle[1] - columns[1, k]
         if abs(np.sqrt(tx * tx + ty * ty) - own) > apart + CIRCLE_ENTRY * robots.radius[k]:
             continue
-        vx = exact[2, k]
-        vy = exact[3, k]
-        speed = max(exact[5, k], DIVISOR_FLOOR)
+        vx = columns[2, k]
+        vy = columns[3, k]
+        speed = max(columns[5, k], DIVISOR_FLOOR)
         along, across = along_and_across(tx, ty, vx, vy)
         along = along / speed
         across = abs(across) / speed
         size = circle[2] + CIRCLE_ENTRY * robots.radius[k]
         if along > 0.0 and across < size:
             count += 1
-            x += exact[0, k] + along * vx / speed
-            y += exact[1, k] + along * vy / speed
+            x += columns[0, k] + along * vx / speed
+            y += columns[1, k] + along * vy / speed
         elif np.sqrt(tx * tx + ty * ty) < size and speed > CIRCLE_SPEED * robots.max_speed[k]:
             count += 1
-            x += exact[0, k]
-            y += exact[1, k]
+            x += columns[0, k]
+            y += columns[1, k]
         else:
             continue
         radii += robots.radius[k]
@@ -501,7 +422,7 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
     """Set target, tolerance, stop and circle of the robots `order`: the waypoint, or a point beside their circle."""
     found = np.empty((len(robots.radius), 4))
     fresh = np.zeros(4)
-    rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present, robots.position[0])
+    rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present)
     for i in order:
         last = robots.waypoint[i, 0] == robots.goal[i, 0] and robots.waypoint[i, 1] == robots.goal[i, 1]
         copy_into(robots.target[i], robots.waypoint[i])
@@ -539,10 +460,10 @@ def keep_right(robots: GuidanceState) -> None:
     n = len(robots.radius)
     found = np.empty((n, 4))
     circle = np.zeros(4)
-    rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present, robots.position[0])
+    rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present)
     for i in range(n):
         copy_into(robots.target[i], robots.goal[i])
-        rows = nearest_image_rows(i, robots, rows)
+        put_nearest_images(i, robots, rows)
         if predicted_encounters(i, KEEP_RIGHT_COSINE, robots, rows, found) > 0 and found[0, 0] < KEEP_RIGHT_TIME:
             circle_around(robots.radius[i], found, 1, circle)
             tangent_target(i, robots, circle, robots.target[i])

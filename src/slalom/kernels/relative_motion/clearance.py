@@ -6,8 +6,17 @@ import numpy as np
 
 from slalom.base.tolerances import CLEARANCE, TIME
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, Segments, Workspace
-from slalom.kernels.geometry.cubic import curvature, first_below, least, new_stack, put_distance, slope, value
-from slalom.kernels.geometry.gains import image, modulus_at
+from slalom.kernels.geometry.cubic import (
+    curvature,
+    first_below,
+    image,
+    least,
+    modulus_at,
+    new_stack,
+    put_distance,
+    slope,
+    value,
+)
 from slalom.kernels.geometry.hulls import MovingHull, hull_first_below, hull_least, load_path, new_path
 from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import put_chord_distances

@@ -19,8 +19,7 @@ from slalom.kernels.arrays import (
     Segments,
     Workspace,
 )
-from slalom.kernels.geometry.cubic import restrict, value
-from slalom.kernels.geometry.gains import image, largest_modulus
+from slalom.kernels.geometry.cubic import image, largest_modulus, restrict, value
 from slalom.kernels.geometry.hulls import MovingHull, hull_distance, least_along, load_path, put_separating
 from slalom.kernels.jit import inlined, kernel, squared, vectorized
 

@@ -86,13 +86,35 @@ def copy_restricted(p: Array, a: float, b: float, into: Array) -> None:
 
 
 @kernel
+def copy_cut(pieces: Pieces, s: int, start: float, until: float, into: Pieces, k: int) -> bool:
+    """Write piece s, cut to the time from `start` to `until` [s], into row k of `into`, with times from `start` on.
+
+    Returns whether a part of it was cut off.
+    """
+    times = pieces.times
+    begin = max(times[s, 0], start)
+    end = min(times[s, 1], until)
+    width = times[s, 1] - times[s, 0]
+    first = (begin - times[s, 0]) / width
+    last = (end - times[s, 0]) / width
+    copy_restricted(pieces.points[s], first, last, into.points[k])
+    if len(into.turns) > 0:
+        copy_restricted(pieces.turns[s], first, last, into.turns[k])
+    into.times[k, 0] = begin - start
+    into.times[k, 1] = end - start
+    into.radius[k] = pieces.radius[s] + pieces.growth[s] * first
+    into.growth[k] = pieces.growth[s] * (last - first)
+    return bool(first > 0.0 or last < 1.0)
+
+
+@kernel
 def pieces_within(
     pieces: Pieces, balls: Array, first: Indices, some: Indices, start: float, until: Array
 ) -> tuple[Pieces, Array, Indices]:
     """The pieces of the bodies `some` (b,) from `start` [s] to `until` (b,) [s] after it, with times from `start` on.
 
     With their `piece_balls` (m, 4) [m], from those of all pieces (n, 4), and the first row of each body (b + 1,). Body
-    k of the table has the rows first[k] to first[k + 1], whose radius does not grow.
+    k of the table has the rows first[k] to first[k + 1].
     """
     times = pieces.times
     turning = len(pieces.turns) > 0
@@ -118,19 +140,8 @@ def pieces_within(
     for b in range(count):
         found_first[b + 1] = found_first[b] + rows[b, 1] - rows[b, 0]
         for s in range(rows[b, 0], rows[b, 1]):
-            begin = max(times[s, 0], start)
-            end = min(times[s, 1], start + until[b])
-            width = times[s, 1] - times[s, 0]
-            share = (begin - times[s, 0]) / width
-            last = (end - times[s, 0]) / width
-            copy_restricted(pieces.points[s], share, last, found.points[k])
-            if turning:
-                copy_restricted(pieces.turns[s], share, last, found.turns[k])
-            found.times[k, 0] = begin - start
-            found.times[k, 1] = end - start
-            found.radius[k] = pieces.radius[s]
             found.body[k] = b
-            if share > 0.0 or last < 1.0:
+            if copy_cut(pieces, s, start, start + until[b], found, k):
                 put_ball(found, k, found_balls[k])
             else:
                 for axis in range(4):
@@ -264,6 +275,24 @@ def in_balls(points: Array, centers: Array, radii: Array) -> Flags:
 
 
 @kernel
+def places_now(pieces: Pieces, heads: Indices, position: Array) -> tuple[Array, Array]:
+    """Places (h, 3) [m] of bodies on the pieces `heads` (h,) at time 0 from `position` (d,), and directions (h, 2)."""
+    places = np.zeros((len(heads), 3))
+    directions = np.zeros((len(heads), 2))
+    directions[:, 0] = 1.0
+    for i in range(len(heads)):
+        s = heads[i]
+        x = share_of_piece(pieces.times, s)
+        for axis in range(pieces.points.shape[2]):
+            p = pieces.points[s, :, axis]
+            places[i, axis] = value(p[0], p[1], p[2], p[3], x) - position[axis]
+        for axis in range(2 if len(pieces.turns) > 0 else 0):
+            p = pieces.turns[s, :, axis]
+            directions[i, axis] = value(p[0], p[1], p[2], p[3], x)
+    return places, directions
+
+
+@kernel
 def distances_now(bodies: Bodies, heads: Indices, hulls: MaybeHulls, position: Array) -> Array:
     """Signed distance [m] of each body from `position` (d,) [m] at time 0, and the unit vector to it: (b, 4).
 
@@ -271,27 +300,11 @@ def distances_now(bodies: Bodies, heads: Indices, hulls: MaybeHulls, position: A
     where the body has one: that is a distance, not a part of its shape.
     """
     pieces = bodies.pieces
-    d = pieces.points.shape[2]
-    n = len(heads)
-    turning = len(pieces.turns) > 0
-    places = np.zeros((n, 3))
-    directions = np.zeros((n, 2))
-    hull = np.empty(n, np.int64)
     result = np.zeros((len(bodies.hull), 4))
     result[:, 0] = np.inf
-    directions[:, 0] = 1.0
-    for i in range(n):
-        s = heads[i]
-        hull[i] = bodies.hull[pieces.body[s]]
-        x = share_of_piece(pieces.times, s)
-        for axis in range(d):
-            p = pieces.points[s, :, axis]
-            places[i, axis] = value(p[0], p[1], p[2], p[3], x) - position[axis]
-        for axis in range(2 if turning else 0):
-            p = pieces.turns[s, :, axis]
-            directions[i, axis] = value(p[0], p[1], p[2], p[3], x)
-    found = distances(places, directions, hull, hulls)
-    for i in range(n):
+    places, directions = places_now(pieces, heads, position)
+    found = distances(places, directions, bodies.hull[pieces.body[heads]], hulls)
+    for i in range(len(heads)):
         s = heads[i]
         b = pieces.body[s]
         for column in range(4):

@@ -6,8 +6,7 @@ import numpy as np
 
 from slalom.base.tolerances import CONTACT
 from slalom.kernels.arrays import Array, Hulls, Segments, Workspace
-from slalom.kernels.geometry.cubic import restrict, value
-from slalom.kernels.geometry.gains import modulus_at, to_control
+from slalom.kernels.geometry.cubic import modulus_at, restrict, to_control, value
 from slalom.kernels.geometry.hulls import (
     MovingHull,
     corners_at,

@@ -18,8 +18,7 @@ import numpy as np
 
 from slalom.base.tolerances import CLEARANCE, CONTACT
 from slalom.kernels.arrays import Array, Indices, MaybeHulls, PositionMap, Scene, Segments, States, Workspace
-from slalom.kernels.geometry.cubic import below, value
-from slalom.kernels.geometry.gains import modulus_at, to_control
+from slalom.kernels.geometry.cubic import below, modulus_at, to_control, value
 from slalom.kernels.geometry.hulls import (
     MovingHull,
     deepest_time,

@@ -13,7 +13,6 @@ from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.relative_motion.window import allowed_speed
 from slalom.kernels.selection.exchange import SAFE, deepest_violation, nearest_free
-from slalom.kernels.sequence_search.bounds import breach
 from slalom.kernels.sequence_search.tables import (
     ARRIVED,
     BEST,
@@ -32,6 +31,7 @@ from slalom.kernels.sequence_search.tables import (
 from slalom.kernels.sequence_search.tree import (
     add_node,
     advance,
+    breach,
     descends,
     is_new,
     relative_rows,

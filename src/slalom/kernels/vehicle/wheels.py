@@ -1,6 +1,8 @@
-"""The numbers of a vehicle on wheels. Importing them does not import numba."""
+"""The numbers of a vehicle on wheels and of its body. Importing them does not import numba."""
 
 from typing import Final, NamedTuple
+
+from slalom.kernels.arrays import Array
 
 REST_WAY: Final = 1e-9
 """[m] A part of a motion in which no point of a body moves farther than this is at rest. Rounding is far smaller."""
@@ -26,3 +28,14 @@ class Wheels(NamedTuple):
     max_turn_change: float  # [rad/s] steering rate, [rad/s^2] angular acceleration of a drive
     lag: float  # [s] of the speed of a bicycle, of the wheels of a drive
     turn_lag: float  # [s] of the steering; that of the wheels for a drive
+
+
+class Hull(NamedTuple):
+    """The body of a vehicle, and how its contacts are sought on a motion."""
+
+    corners: Array  # (c, 2) [m] relative to the middle of the axle
+    rounded: float  # [m] radius of the disc about the middle of the axle that contains the rounded body
+    parts: int  # cubic pieces of the motion in a period
+    keep: Array  # (b,) [m] clearance from each body, with the rounding; below 0 the depth to which it may overlap
+    advance: float  # [m] least way between two tests: a body may come nearer by up to half of it in between
+    cap: float  # [s] a contact later than this need not be found

@@ -28,9 +28,6 @@ class Velocity(TimeInvariant):
     interpolation_error: ClassVar[float] = 0.0
     ramp: NotNegative = 0.0
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
     @property
     def restartable(self) -> bool:
         return self.ramp == 0.0
@@ -71,9 +68,6 @@ class LaggedVelocity(TimeInvariant):
     restartable: ClassVar[bool] = True
     lag: Positive
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
     def position_coefficients(self, time: Array) -> Coefficients:
         x = time / self.lag
         initial = -np.expm1(-x) * self.lag
@@ -106,12 +100,22 @@ class LaggedVelocity(TimeInvariant):
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (affine(np.zeros(state.dimension), np.array(1.0)),)
 
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.acceleration_at(state, 0.0),)
-
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Responses to an acceleration: held without end, or held and followed by constant velocity.
+
+
+class _Held(TimeInvariant):
+    """An acceleration that is held for `hold` seconds; nothing later makes the robot faster."""
+
+    restartable: ClassVar[bool] = False
+    hold: float
+
+    def settled(self, horizon: float) -> float:
+        return self.hold
+
+    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (self.velocity_at(state, self.hold),)
 
 
 @dataclass(frozen=True)
@@ -139,23 +143,16 @@ class Acceleration(TimeInvariant):
     def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return (self.velocity_at(state, horizon),)
 
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.acceleration_at(state, 0.0),)
-
 
 @dataclass(frozen=True)
-class AccelerateThenCoast(TimeInvariant):
+class AccelerateThenCoast(_Held):
     """u is an acceleration [m/s^2], held for `hold` seconds; then the velocity is constant.
 
     Gain t^2 / 2, then hold (t - hold / 2). The speed stays bounded, as that of a vehicle does.
     """
 
     interpolation_error: ClassVar[float] = 0.0
-    restartable: ClassVar[bool] = False
     hold: Positive
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def position_coefficients(self, time: Array) -> Coefficients:
         return time, ramp(time, self.hold)
@@ -169,26 +166,15 @@ class AccelerateThenCoast(TimeInvariant):
     def knots(self, horizon: float, speed_bound: float) -> Array:
         return with_break(horizon, self.hold)
 
-    def settled(self, horizon: float) -> float:
-        return self.hold
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity_at(state, self.hold),)
-
-    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.acceleration_at(state, 0.0),)
-
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Responses to an acceleration that is held and followed by a stop.
 
 
-class _Stopping(TimeInvariant):
+class _Stopping(_Held):
     """Acceleration held for `hold` seconds, then braking proportional to the velocity at the start of braking."""
 
     interpolation_error: ClassVar[float] = 0.0
-    restartable: ClassVar[bool] = False
-    hold: float
 
     @abstractmethod
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
@@ -205,12 +191,6 @@ class _Stopping(TimeInvariant):
     def acceleration_coefficients(self, time: Array) -> Coefficients:
         _, _, braking = self._braking(time)
         return braking, np.where(time < self.hold, 1.0, self.hold * braking)
-
-    def settled(self, horizon: float) -> float:
-        return self.hold
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity_at(state, self.hold),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return self.acceleration_at(state, 0.0), self.acceleration_at(state, self.hold)
@@ -269,9 +249,6 @@ class AccelerateThenBrake(_Stopping):
     hold: Positive
     brake: Positive
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
     def _braking(self, time: Array) -> tuple[Array, Array, Array]:
         """Distance, speed and acceleration at times (...) [s], per unit of speed at the start of braking."""
         elapsed = np.clip(time - self.hold, 0.0, self.brake)
@@ -289,7 +266,7 @@ class AccelerateThenBrake(_Stopping):
 
 
 @dataclass(frozen=True)
-class AccelerateThenTurn(TimeInvariant):
+class AccelerateThenTurn(_Held):
     """u is an acceleration [m/s^2], held for `hold` seconds; then the robot turns at constant speed without end.
 
     In the plane only. From a velocity w it drives on the circle of the radius |w| / |rate|.
@@ -305,7 +282,6 @@ class AccelerateThenTurn(TimeInvariant):
     """
 
     interpolation_error: ClassVar[float] = INTERPOLATION
-    restartable: ClassVar[bool] = False
     turns: ClassVar[bool] = True
     hold: Positive
     rate: Number
@@ -345,12 +321,6 @@ class AccelerateThenTurn(TimeInvariant):
             return np.array([0.0, horizon])
         step = hermite_step(abs(self.rate) ** 3 * speed_bound, INTERPOLATION)
         return np.concatenate([[0.0], even_knots(self.hold, horizon, step)])
-
-    def settled(self, horizon: float) -> float:
-        return self.hold
-
-    def speed_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
-        return (self.velocity_at(state, self.hold),)
 
     def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
         return self.acceleration_at(state, 0.0), self.acceleration_at(state, self.hold)

@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import Array
+from slalom.base.checks import Array, CheckedFields
 from slalom.model.path import hermite, hermite_weights, rest_from
 from slalom.model.state import Affine, State, scaled
 
@@ -135,7 +135,7 @@ class Cubic(NamedTuple):
     gain: Array  # (m, 4)
 
 
-class TimeInvariant(ABC):
+class TimeInvariant(CheckedFields, ABC):
     """Position p + c * v + gain * u; velocity and acceleration c * v + gain * u.
 
     The coefficients c and the gains are functions of time and are cached for repeated times. The caches are keyed by
@@ -184,6 +184,9 @@ class TimeInvariant(ABC):
         """Map of the acceleration at one time t [s], cached, because many states share it."""
         coefficient, gain = _acceleration_coefficients(self, t)
         return Affine(scaled(coefficient, state.velocity), gain)
+
+    def acceleration_peaks(self, state: State, horizon: float) -> tuple[Affine, ...]:
+        return (self.acceleration_at(state, 0.0),)
 
     def pieces(self, state: State, horizon: float, speed_bound: float) -> tuple[Array, Array, Array]:
         """Position map as cubic pieces: knots (m + 1,) [s], control points of drift (m, 4, d) [m] and gain (m, 4)."""

@@ -18,10 +18,10 @@ from slalom.base.checks import (
     listing,
     positive,
 )
-from slalom.base.errors import InvalidInput, OutsideSpan
+from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import JUMP
 from slalom.model.path import Path, even_knots, hermite_pieces
-from slalom.model.trajectory.protocol import Trajectory, moving_direction
+from slalom.model.trajectory.protocol import Trajectory, moving_direction, times_within
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,10 +155,7 @@ class Function:
         return self.first, self.last
 
     def position(self, t: npt.ArrayLike) -> Array:
-        time = np.asarray(t, dtype=np.float64)
-        if np.any(time < self.first) or np.any(time > self.last):
-            outside = time[(time < self.first) | (time > self.last)].ravel()[0]
-            raise OutsideSpan(f"t: expected a time from {self.first:g} to {self.last:g} s, found {outside:g} s")
+        time = times_within(self.span, t)
         positions = [np.asarray(self.function(float(x)), dtype=np.float64) for x in time.ravel()]
         return np.array(positions).reshape(*time.shape, self.dimension)
 

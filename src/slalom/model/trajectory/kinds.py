@@ -11,21 +11,38 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import Array, Checked, Direction, Number, Positive, array, check_fields, short, vector, vectors
-from slalom.base.errors import InvalidInput, OutsideSpan
+from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import INTERPOLATION, JUMP
 from slalom.model.path import Path, even_knots, hermite, hermite_pieces, hermite_step
-from slalom.model.trajectory.protocol import Endless, Trajectory, direction_pieces
+from slalom.model.trajectory.protocol import Endless, Trajectory, direction_pieces, times_within
 
 
-@dataclass(frozen=True, eq=False)
-class Stationary(Endless):
-    """At rest at `initial_position` (d,) [m]."""
+class _Quadratic(Endless):
+    """A trajectory whose position is a polynomial of degree 2 at most: one exact piece."""
 
-    initial_position: Checked = Checked(vector, key="position")
+    initial_position: Checked
 
     @property
     def dimension(self) -> int:
         return self.initial_position.size
+
+    def path(self: Trajectory, start: float, end: float) -> Path:
+        duration = end - start
+        step = self.velocity(start) * (duration / 3.0)
+        second_difference = self.acceleration(start) * (duration * duration / 6.0)
+        points = np.empty((1, 4, self.dimension))
+        points[0, 0] = self.position(start)
+        points[0, 1] = points[0, 0] + step
+        points[0, 2] = points[0, 1] + step + second_difference
+        points[0, 3] = points[0, 2] + step + 2.0 * second_difference
+        return Path(np.array([start, end]), points, np.zeros(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Stationary(_Quadratic):
+    """At rest at `initial_position` (d,) [m]."""
+
+    initial_position: Checked = Checked(vector, key="position")
 
     def position(self, t: npt.ArrayLike) -> Array:
         # One time, as in each decision, needs no array of times.
@@ -44,12 +61,9 @@ class Stationary(Endless):
     def acceleration_bound(self, start: float, end: float) -> float:
         return 0.0
 
-    def path(self, start: float, end: float) -> Path:
-        return _quadratic_path(self, start, end)
-
 
 @dataclass(frozen=True, eq=False)
-class ConstantVelocity(Endless):
+class ConstantVelocity(_Quadratic):
     """At `initial_position` (d,) [m] at time `at` [s], with constant `initial_velocity` (d,) [m/s]."""
 
     initial_position: Checked = Checked(vector, key="position")
@@ -59,10 +73,6 @@ class ConstantVelocity(Endless):
     def __post_init__(self) -> None:
         vector(self.initial_velocity, "initial_velocity", self.initial_position.size)
         check_fields(self)
-
-    @property
-    def dimension(self) -> int:
-        return self.initial_position.size
 
     def position(self, t: npt.ArrayLike) -> Array:
         return self.initial_position + (np.asarray(t, dtype=np.float64) - self.at)[..., None] * self.initial_velocity
@@ -79,12 +89,9 @@ class ConstantVelocity(Endless):
     def acceleration_bound(self, start: float, end: float) -> float:
         return 0.0
 
-    def path(self, start: float, end: float) -> Path:
-        return _quadratic_path(self, start, end)
-
 
 @dataclass(frozen=True, eq=False)
-class ConstantAcceleration(Endless):
+class ConstantAcceleration(_Quadratic):
     """At `initial_position` with `initial_velocity` at time `at` [s]; `initial_acceleration` is constant.
 
     All three are (d,), in [m], [m/s] and [m/s^2].
@@ -99,10 +106,6 @@ class ConstantAcceleration(Endless):
         vector(self.initial_velocity, "initial_velocity", self.initial_position.size)
         vector(self.initial_acceleration, "initial_acceleration", self.initial_position.size)
         check_fields(self)
-
-    @property
-    def dimension(self) -> int:
-        return self.initial_position.size
 
     def position(self, t: npt.ArrayLike) -> Array:
         elapsed = (np.asarray(t, dtype=np.float64) - self.at)[..., None]
@@ -121,22 +124,6 @@ class ConstantAcceleration(Endless):
 
     def acceleration_bound(self, start: float, end: float) -> float:
         return float(np.linalg.norm(self.initial_acceleration))
-
-    def path(self, start: float, end: float) -> Path:
-        return _quadratic_path(self, start, end)
-
-
-def _quadratic_path(trajectory: Trajectory, start: float, end: float) -> Path:
-    """One exact piece: the control points of a parabola from its position, velocity and acceleration at the start."""
-    duration = end - start
-    step = trajectory.velocity(start) * (duration / 3.0)
-    second_difference = trajectory.acceleration(start) * (duration * duration / 6.0)
-    points = np.empty((1, 4, trajectory.dimension))
-    points[0, 0] = trajectory.position(start)
-    points[0, 1] = points[0, 0] + step
-    points[0, 2] = points[0, 1] + step + second_difference
-    points[0, 3] = points[0, 2] + step + 2.0 * second_difference
-    return Path(np.array([start, end]), points, np.zeros(1))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -201,11 +188,7 @@ class PiecewisePolynomial:
         return float(self.times[0]), float(self.times[-1])
 
     def _derivative(self, t: npt.ArrayLike, order: int) -> Array:
-        time = np.asarray(t, dtype=np.float64)
-        first, last = self.span
-        if np.any(time < first) or np.any(time > last):
-            outside = time[(time < first) | (time > last)].ravel()[0]
-            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {outside:g} s")
+        time = times_within(self.span, t)
         k = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.durations) - 1)
         return _values(_derived(self.coefficients, order)[k], time - self.times[k])
 
@@ -514,11 +497,7 @@ class Sampled:
 
     def _local(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """Control points (..., 4, d) of the piece at each time, its duration [s], and the local time in [0, 1]."""
-        time = np.asarray(t, dtype=np.float64)
-        first, last = self.span
-        if (time < first).any() or (time > last).any():
-            outside = time[(time < first) | (time > last)].ravel()[0]
-            raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {outside:g} s")
+        time = times_within(self.span, t)
         k = np.minimum(self.times.searchsorted(time, side="right") - 1, len(self.times) - 2)
         begin = self.times[k]
         h = self.times[k + 1] - begin

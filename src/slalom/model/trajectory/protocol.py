@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slalom.base.checks import Array
-from slalom.base.errors import InvalidInput
+from slalom.base.errors import InvalidInput, OutsideSpan
 from slalom.base.tolerances import REST
 from slalom.model.path import Path
 
@@ -52,6 +52,15 @@ class Trajectory(Protocol):
 
     def path(self, start: float, end: float) -> Path:
         """Cubic pieces from start to end [s] (both within `span`), each within INTERPOLATION of the curve."""
+
+
+def times_within(span: tuple[float, float], t: npt.ArrayLike) -> Array:
+    """The times (...) as an array. Raises OutsideSpan for one outside of the `span` [s]."""
+    time, (first, last) = np.asarray(t, dtype=np.float64), span
+    outside = (time < first) | (time > last)
+    if outside.any():
+        raise OutsideSpan(f"t: expected a time from {first:g} to {last:g} s, found {time[outside].ravel()[0]:g} s")
+    return time
 
 
 class Endless:

@@ -25,9 +25,7 @@ from slalom.decision.objective import Objective
 from slalom.kernels.arrays import Indices
 from slalom.peers import Peer, contender
 from slalom.sim.measure.recording import Recording, RunLog, RunSummary, Step
-from slalom.sim.run.deciders import Decider, Decisions, SingleRobotDecider
-from slalom.sim.run.fleet_decider import FleetDecider
-from slalom.sim.run.peer_decider import PeerDecider
+from slalom.sim.run.deciders import Decider, Decisions, FleetDecider, PeerDecider, SingleRobotDecider
 from slalom.sim.scenario import Scenario
 
 
