@@ -43,8 +43,8 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "The loop around decisions": ("Driver", "Drive", "DriveStatus"),
     "Many robots": ("Fleet", "FleetDecision"),
     "Obstacles": (
-        *("Obstacle", "Headings", "ObstacleTable", "OccupancyTable", "occupancy", "read_map", "ObstacleWindow"),
-        *("Tracks", "Tracker"),
+        *("Obstacle", "Headings", "ObstacleTable", "OccupancyTable", "occupancy", "read_map", "read_walls", "Walls"),
+        *("ObstacleWindow", "Tracks", "Tracker"),
         *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
         "AvoidingCrowd",
     ),

@@ -53,6 +53,7 @@ from .forecast.forecast import (
     Present as Present,
 )
 from .io.maps import read_map as read_map
+from .io.walls import Walls as Walls, read_walls as read_walls
 from .lookahead.expected_loss import ExpectedLoss as ExpectedLoss
 from .lookahead.navigator import LookAhead as LookAhead, SequenceDecision as SequenceDecision
 from .model.bounds import (

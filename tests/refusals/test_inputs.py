@@ -27,6 +27,7 @@ from nav2_maps import OF_GRIDS, OF_MAPS
 from pydantic_core import PydanticKnownError
 from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS
 from ros_messages import BAGS
+from wall_files import OF_WALL_FILES, OF_WALL_UNITS
 
 import slalom
 from slalom import (
@@ -691,6 +692,8 @@ def without_goal(content: dict) -> None:
 
 
 REFUSED: dict[str, Callable[[Path], object]] = {
+    r"--walls-unit: expected only with --walls, found 'mm'": command("run", "empty", "--walls-unit", "mm"),
+    r"--walls-unit: expected the length of a unit of a\.svg": command("run", "empty", "--walls", "{}/a.svg"),
     r"now: expected a time after the previous decision at 0 s, found the same for another position": lambda _: (
         navigator().decide(State((0.1, 0.0), (1.0, 0.0)), [], GOAL, previous=decision())
     ),
@@ -1708,8 +1711,8 @@ CASES = [
     *(
         Case(error, message, call)
         for error, table in (
-            (InvalidInput, REFUSED | REFUSALS | OF_GRIDS),
-            (InvalidFile, FILES | BAGS | OF_MAPS),
+            (InvalidInput, REFUSED | REFUSALS | OF_GRIDS | OF_WALL_UNITS),
+            (InvalidFile, FILES | BAGS | OF_MAPS | OF_WALL_FILES),
             (MissingExtra, EXTRAS),
         )
         for message, call in table.items()

@@ -70,6 +70,8 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "robots": "several robots or groups of robots, in place of `robot`",
         "obstacles": "keys of an obstacle",
         "recording": "recorded agents as obstacles: keys of a recording",
+        "walls": "file of walls, relative to the scenario file",
+        "walls_unit": "m, cm, mm, km, ft or a number [m]; by default as the file of walls states",
         "start": "[s] absolute time of the start",
         "duration": "[s] after which a robot that has not arrived has failed",
         "dt": "[s] between steps",

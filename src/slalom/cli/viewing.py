@@ -21,7 +21,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.options import Crossing, Reading, given_options, is_recording, scenario_of, tracks_of
+from slalom.cli.options import Crossing, Reading, WallsFile, given_options, is_recording, scenario_of, tracks_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ def view(
     agent: str | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
+    walls: WallsFile | None = None,
     port: Whole = 0,
     browser: bool = True,
 ) -> int:
@@ -72,7 +73,7 @@ def view(
     source, given = resolved(scenario), parse_settings(settings)
     with Extra("view", "view"):
         from slalom.live.server import Server
-    begin = _sessions(source, given, method, seed, (at, agent), crossing, reading)
+    begin = _sessions(source, given, method, seed, (at, agent), crossing, reading, walls or WallsFile())
     server = Server(begin, begin().scenario.name, port)  # what cannot run is refused before the browser opens
 
     def started() -> None:
@@ -181,6 +182,7 @@ def _sessions(
     start: tuple[float | None, str | None],
     crossing: Crossing | None,
     reading: Reading | None,
+    walls: WallsFile,
 ) -> Callable[[], "Session"]:
     """The beginning of a session of a name or a file: the replay of a run, or a run of a scenario."""
     from slalom.decision.methods import method as method_of
@@ -191,7 +193,7 @@ def _sessions(
 
     at, agent = start
     if name.endswith(".json"):
-        options = {"--method": method, "--set": settings, "--at": at, "--agent": agent}
+        options = {"--method": method, "--set": settings, "--at": at, "--agent": agent, "--walls": walls.walls}
         for option in (option for option, value in options.items() if value or value == 0.0):
             raise InvalidInput(f"{option}: expected none with the file of a decision, found {options[option]!r}")
         from slalom.live.recorded import of_decision
@@ -212,13 +214,13 @@ def _sessions(
             raise InvalidInput(f"--set: expected --start and --goal with a recording, found {next(iter(settings))!r}")
         from slalom.live.recorded import as_recorded
 
-        replayed = as_recorded(tracks_of(name, reading, crossing), chosen_or(DEFAULT_METHOD), agent, at)
+        replayed = as_recorded(walls.added_to(tracks_of(name, reading, crossing)), chosen_or(DEFAULT_METHOD), agent, at)
         return lambda: Session.of(replayed, method_of(DEFAULT_METHOD))
     if replayable:
         from slalom.live.recorded import recorded
 
         found = recorded(_recording(Path(name)))
-        if method is None and not settings:
+        if method is None and not settings and walls.walls is None:
             return lambda: Session.of(found, method_of(DEFAULT_METHOD))
         own = DEFAULT_METHOD if found.method is None else found.method.name
         loaded, chosen = found.scenario.with_settings(settings), chosen_or(own)
@@ -229,4 +231,5 @@ def _sessions(
         from slalom.sim import load
 
         loaded, chosen = load(name, settings, seed=seed), chosen_or(DEFAULT_METHOD)
+    loaded = walls.added_to(loaded)
     return lambda: Session(loaded, chosen)

@@ -155,6 +155,16 @@ def drawn_box(
         first, last = max(start, obstacle.trajectory.span[0]), min(end, obstacle.trajectory.span[1])
         if first > last:
             continue
+        if obstacle.at_rest:
+            parts = outline_parts(obstacle, first)
+            least = np.min([part.corners.min(axis=0) - part.radius for part in parts], axis=0)
+            most = np.max([part.corners.max(axis=0) + part.radius for part in parts], axis=0)
+            if ((least < inner_high) & (most > inner_low)).all():
+                low, high = (
+                    np.minimum(low, np.maximum(least, inner_low)),
+                    np.maximum(high, np.minimum(most, inner_high)),
+                )
+            continue
         centres = obstacle.trajectory.position(np.linspace(first, last, TIMES))
         size = min(obstacle.shape.bounding_radius, reach)
         near = ((centres > inner_low) & (centres < inner_high)).all(axis=1)

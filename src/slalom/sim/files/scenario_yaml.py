@@ -14,6 +14,7 @@ from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import method
 from slalom.io import formats
 from slalom.io.recorded import first_of
+from slalom.io.walls import Walls, read_walls
 from slalom.io.yaml_nodes import MAX_MISTAKES, compose, content_of
 from slalom.model.limits import HalfSpace, Limits
 from slalom.model.state import State
@@ -31,6 +32,7 @@ from slalom.sim.files.schema import (
     ScenarioSpec,
     WrittenRobot,
     is_group,
+    number_or_text,
     robots_of,
 )
 from slalom.sim.files.yaml_errors import Mistakes, in_order, messages
@@ -139,9 +141,10 @@ def _replaced(node: MappingNode, by: MappingNode) -> MappingNode:
 
 
 def files_of(path: Path) -> list[Path]:
-    """Return a valid scenario file and the files of the recordings that it names, if any."""
+    """Return a valid scenario file, and the files of the recordings and walls that it names, if any."""
     content = compose(path)[1]
-    named = [(one.get("recording") or {}).get("file") for one in (content, *content.get("cases", ()))]
+    several = (content, *content.get("cases", ()))
+    named = [(one.get("recording") or {}).get("file") for one in several] + [one.get("walls") for one in several]
     found = [formats.files_of(path.parent / name) for name in dict.fromkeys(named) if name is not None]
     return [path, *(file for files in found for file in files)]
 
@@ -177,6 +180,9 @@ class _Parts(Mistakes):
             settings |= self.while_recorded(spec, recording, found)
             settings["notes"] = (*settings.get("notes", ()), *found.notes)
             obstacles += there_in(found, recording.window, spec.horizon)
+        if spec and spec.walls is not None and d and (walls := self.walls(spec.walls, spec.walls_unit, d)):
+            obstacles += walls.obstacles
+            settings["notes"] = (*settings.get("notes", ()), *walls.notes)
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
             self.attempt(("period",), lambda: checked_period(period, d, 0.0, "period"))
@@ -294,6 +300,19 @@ class _Parts(Mistakes):
             ("obstacles", k, "trajectory"),
             lambda: Obstacle(shape, spec.trajectory.build(), name, built(spec.heading), built(spec.uncertainty)),
         )
+
+    def walls(self, name: str, unit: str | None, d: int) -> Walls | None:
+        """Return the walls of a file; None with a mistake."""
+        if d != 2:
+            self.note(("walls",), "expected none in space, found a file of walls")
+            return None
+        try:
+            return read_walls(self.path.parent / name, None if unit is None else number_or_text(unit))
+        except InvalidFile as error:
+            self.mistakes.extend(error.mistakes)
+        except InvalidInput as error:
+            self.note(("walls_unit",), str(error).removeprefix("unit: "))
+        return None
 
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:
         """Return the agents of a recording of the robot's dimension; None with a mistake."""

@@ -451,6 +451,8 @@ class WorldSpec(Model):
     robots: list[RobotOrGroup] | None = Field(default=None, min_length=1, validate_default=True)
     obstacles: list[ObstacleSpec] = Field(default_factory=list)
     recording: RecordingSpec | None = None
+    walls: Text | None = None
+    walls_unit: Text | None = None
     start: FiniteFloat = 0.0
     duration: Positive = 60.0
     dt: Positive = 0.1
