@@ -40,6 +40,7 @@ from .decision.objective import (
 )
 from .decision.settings import Risk as Risk, Settings as Settings
 from .fleet.fleet import Fleet as Fleet, FleetDecision as FleetDecision
+from .fleet.routes import routes as routes
 from .forecast.forecast import (
     FORESIGHTS as FORESIGHTS,
     AcceleratingBriefly as AcceleratingBriefly,

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from slalom import read_walls
+from slalom import Obstacle, Polyline, Stationary, read_walls, routes
+from slalom.sim.files.scenario_yaml import read_scenario
 
 MOVINGAI = "type octile\nheight 3\nwidth 4\nmap\n@@@@\n@..T\n@@S@\n"
 SVG = (
@@ -14,6 +15,13 @@ DXF_ENTITIES = (
     "0\nLINE\n8\n0\n10\n0.0\n20\n0.0\n11\n4000.0\n21\n0.0\n"
     "0\nCIRCLE\n8\n0\n10\n1000.0\n20\n3000.0\n40\n500.0\n"
     "0\nTEXT\n8\n0\n10\n0.0\n20\n0.0\n40\n2.5\n1\nhall\n"
+)
+
+
+RING = Obstacle(Polyline([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]), Stationary((0.0, 0.0)))
+MOVING_ROUTE = (
+    "robot: {radius: 0.3, max_speed: 1, max_acceleration: 1, position: [0, 0], "
+    "goal: {path: {points: [[0, 0], [1, 0]]}, route: true}}\n"
 )
 
 
@@ -45,12 +53,22 @@ OF_WALL_FILES: dict[str, Callable[[Path], object]] = {
     ),
     r"a\.dxf: expected a drawing in DXF, found ": reading("a.dxf", "no drawing"),
     r"a\.svg: expected a drawing in SVG, found ": reading("a.svg", "<svg", 1.0),
+    r"a\.yaml:\d+:\d+: robot\.goal: expected a position with route, found path": lambda folder: read_scenario(
+        written(folder, "a.yaml", MOVING_ROUTE)
+    ),
 }
-"""Of files of walls."""
+"""Of files of walls, and of routes around them."""
 
 OF_WALL_UNITS: dict[str, Callable[[Path], object]] = {
     r"unit: expected a number \[m\] or one of m, .*; found 'inch'": reading("a.wkt", "LINESTRING (0 0, 1 0)", "inch"),
     r"unit: expected the length of a unit of a\.svg, as 0\.04 or cm, found none": reading("a.svg", SVG),
     r"unit: expected none for a\.yaml, which states its own, found cm": reading("a.yaml", "", "cm"),
+    r"radii: expected numbers above 0 m, found 0 m": lambda _: routes([(0, 0)], [(1, 0)], 0.0, ()),
+    r"goals\[0\]: expected a place apart from the start, found \[0\. 0\.\]": lambda _: routes(
+        [(0, 0)], [(0, 0)], 0.3, ()
+    ),
+    r"goals\[0\]: expected a place that a path leads to, found \[3\. 0\.\] without one": lambda _: routes(
+        [(0, 0)], [(3, 0)], 0.3, [RING]
+    ),
 }
-"""Of their units."""
+"""Of their units, and of routes."""
