@@ -1206,6 +1206,9 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"jobs: expected a number of": lambda _: compare("empty", ["nao"], 1, jobs=0),
     r"expected one of position, trajectory, path, found none": lambda _: GoalSpec.model_construct().build(),
+    r"expected a position with route, found trajectory": lambda _: GoalSpec.model_construct(
+        trajectory=0, route=True
+    ).build(),
     r"jupedsim: expected settings frame_rate, with frame_rate, found none": write_tracks("jupedsim"),
     r"encoding: expected a name such as latin-1 or utf-16, found 'klingon'": reading(
         partial(read_recording, encoding="klingon"), "a.csv", ROW
