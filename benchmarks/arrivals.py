@@ -1,23 +1,28 @@
 """Fleets whose robots publish manoeuvres: how many arrive, and how many touch, with and without guidance.
 
-usage: python benchmarks/arrivals.py [--scenes circle sphere crossing doorway] [--robots 2 ...] [--seeds 20] [--quick]
+usage: python benchmarks/arrivals.py [--scenes circle sphere crossing doorway building] [--robots 2 ...] [--seeds 20]
+       [--first 0] [--guided 0 1] [--quick]
 
 Robots of 0.3 m with at most 1.5 m/s and 2 m/s^2. `circle`: they change sides, with starts displaced by 1 cm. `sphere`:
 balls at random places of a sphere change sides, all through its centre. `crossing`: random starts and goals in a square
 of which the robots cover 6 %. `doorway`: random starts and goals in two rooms, half of the robots in each direction
-through a door of 1.4 m; without guidance they follow paths through it. Clearances are those of the simulator's metrics,
-in continuous time. Runs of the seeds from --first on are reported.
+through a door of 1.4 m; without guidance they follow paths through it. `building`: agents of 0.2 to 0.3 m and 0.9 to
+1.5 m/s in six rooms of 10 x 8 m go to another one, through doors of 1.3 m and a corridor of 4 m; without guidance by
+routes through the doors. Clearances are those of the simulator's metrics, in continuous time. Steps per second include
+the first step, which loads kernels. Runs of the seeds from --first on are reported.
 """
 
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 from program import finish, options, table, target
 
-from slalom import Ball, Disc, Goal, Limits, PathGoal, State, Stationary, method
+from slalom import Ball, Disc, Goal, Limits, Obstacle, PathGoal, Polyline, State, Stationary, method, routes
+from slalom.base.checks import Array
 from slalom.sim import Robot, Scenario, gallery, metrics, simulate
 from slalom.sim.placement import equal_robots, on_circle, random_positions
 
@@ -63,6 +68,41 @@ def doorway(n: int, rng: np.random.Generator) -> Scenario:
     return replace(built, duration=DURATION, holds=Scenario.holds)
 
 
+def building(n: int, rng: np.random.Generator) -> Scenario:
+    """Six rooms at a corridor, each with a door, and agents that go from one to another."""
+    ends = [0.0, *(x for door in (5.0, 15.0, 25.0) for x in (door - 0.7, door + 0.7)), 30.0]
+    lines = [[(0, 0), (30, 0), (30, 20), (0, 20), (0, 0)]]
+    lines += [[(x, y), (x, y + 8)] for x in (10, 20) for y in (0, 12)]
+    lines += [[(ends[k], y), (ends[k + 1], y)] for y in (8, 12) for k in range(0, 8, 2)]
+    corners = [(x, y) for y in (0.0, 12.0) for x in (0.0, 10.0, 20.0)]
+    taken: tuple[list[Array], list[Array]] = ([], [])
+
+    def place(room: int, others: list[Array]) -> Array:
+        while True:
+            at = corners[room] + rng.uniform((0.5, 0.5), (9.5, 7.5))
+            if all(np.linalg.norm(at - other) > 0.65 for other in others):
+                others.append(at)
+                return at
+
+    robots = []
+    for k in range(n):
+        start, goal = place(k % 6, taken[0]), place((k % 6 + 1 + int(rng.integers(5))) % 6, taken[1])
+        disc, limits = Disc(rng.uniform(0.2, 0.3)), Limits(rng.uniform(0.9, 1.5), 2.0)
+        aim = Goal(Stationary(goal), TOLERANCE, stop=True)
+        robots.append(Robot(disc, limits, State(start, np.zeros(2)), aim, f"agent {k}"))
+    walls = [Obstacle(Polyline(line, 0.05), Stationary((0.0, 0.0)), f"wall {k}") for k, line in enumerate(lines)]
+    return Scenario("building", tuple(robots), tuple(walls), duration=300.0)
+
+
+def along_routes(scenario: Scenario) -> Scenario:
+    """The building with routes in place of goals."""
+    robots = scenario.robots
+    starts, goals = [robot.state.position for robot in robots], [robot.goal.position(0.0) for robot in robots]
+    paths = routes(starts, goals, [robot.shape.bounding_radius for robot in robots], scenario.obstacles)
+    led = (replace(robot, goal=PathGoal(path, tolerance=TOLERANCE)) for robot, path in zip(robots, paths))
+    return replace(scenario, robots=tuple(led))
+
+
 def along_paths(scenario: Scenario) -> Scenario:
     """The doorway with paths through the door in place of goals."""
     robots = []
@@ -79,21 +119,26 @@ SCENES: dict[str, Callable[[int, np.random.Generator], Scenario]] = {
     "sphere": sphere,
     "crossing": crossing,
     "doorway": doorway,
+    "building": building,
 }
+PATHS = {"doorway": along_paths, "building": along_routes}
+"""How robots are led without guidance."""
 
 
-def measured(name: str, n: int, seeds: range, guided: bool) -> tuple[int, int, int, float, float]:
-    """Runs, those in which all arrived, contacts, the mean last arrival [s] of these, the least clearance [m]."""
-    times, contacts, least = [], 0, np.inf
+def measured(name: str, n: int, seeds: range, guided: bool) -> tuple[int, int, int, float, float, float]:
+    """Runs, those in which all arrived, contacts, mean last arrival [s] of these, least clearance [m], steps/s."""
+    times, rates, contacts, least = [], list[float](), 0, np.inf
     for seed in seeds:
         scenario = replace(SCENES[name](n, np.random.default_rng([seed, n])), guided=guided)
-        if name == "doorway" and not guided:
-            scenario = along_paths(scenario)
+        if name in PATHS and not guided:
+            scenario = PATHS[name](scenario)
+        before = perf_counter()
         run = simulate(scenario, method("nao_shared"), seed=seed)
+        rates.append((len(run.times) - 1) / (perf_counter() - before))
         contacts += int(metrics.collisions(run))
         least = min(least, metrics.min_clearance(run))
         times += [float(metrics.time(run))] if metrics.arrived(run) else []
-    return len(seeds), len(times), contacts, float(np.mean(times)) if times else np.nan, float(least)
+    return len(seeds), len(times), contacts, float(np.mean(times)) if times else np.nan, float(least), min(rates)
 
 
 def compare(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -105,12 +150,13 @@ def compare(arguments: argparse.Namespace) -> dict[str, Any]:
             for guided in arguments.guided:
                 if guided and name == "sphere":
                     continue
-                runs, arrived, touched, time, least = measured(name, n, seeds, bool(guided))
-                rows.append([name, n, "yes" if guided else "no", runs, arrived, touched, time, least])
+                runs, arrived, touched, time, least, rate = measured(name, n, seeds, bool(guided))
+                rows.append([name, n, "yes" if guided else "no", runs, arrived, touched, time, least, rate])
                 print(*rows[-1], flush=True)
                 if not guided:
                     lost, contacts = lost + runs - arrived, contacts + touched
-    heads = ["scene", "robots", "guided", "runs", "all arrived", "contacts", "last arrival s", "least clearance m"]
+    heads = ["scene", "robots", "guided", "runs", "all arrived", "contacts", "last arrival s"]
+    heads += ["least clearance m", "least steps/s"]
     return {
         "question": "Do all robots of a fleet arrive that publish manoeuvres, without guidance?",
         "tables": [table("Fleets of nao_shared", heads, rows)],

@@ -41,10 +41,10 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         *("Goal", "PathGoal", "METHODS", "Method", "method", "compile", "work_per_second"),
     ),
     "The loop around decisions": ("Driver", "Drive", "DriveStatus"),
-    "Many robots": ("Fleet", "FleetDecision"),
+    "Many robots": ("Fleet", "FleetDecision", "routes"),
     "Obstacles": (
-        *("Obstacle", "Headings", "ObstacleTable", "OccupancyTable", "occupancy", "read_map", "ObstacleWindow"),
-        *("Tracks", "Tracker"),
+        *("Obstacle", "Headings", "ObstacleTable", "OccupancyTable", "occupancy", "read_map", "read_walls", "Walls"),
+        *("ObstacleWindow", "Tracks", "Tracker"),
         *("Filter", "ConstantVelocityFilter", "Estimate", "Measurement", "Sight", "Visibility", "Reciprocity"),
         "AvoidingCrowd",
     ),

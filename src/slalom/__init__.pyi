@@ -40,6 +40,7 @@ from .decision.objective import (
 )
 from .decision.settings import Risk as Risk, Settings as Settings
 from .fleet.fleet import Fleet as Fleet, FleetDecision as FleetDecision
+from .fleet.routes import routes as routes
 from .forecast.forecast import (
     FORESIGHTS as FORESIGHTS,
     AcceleratingBriefly as AcceleratingBriefly,
@@ -53,6 +54,7 @@ from .forecast.forecast import (
     Present as Present,
 )
 from .io.maps import read_map as read_map
+from .io.walls import Walls as Walls, read_walls as read_walls
 from .lookahead.expected_loss import ExpectedLoss as ExpectedLoss
 from .lookahead.navigator import LookAhead as LookAhead, SequenceDecision as SequenceDecision
 from .model.bounds import (

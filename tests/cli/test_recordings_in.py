@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from inspect import signature
 from pathlib import Path
 
@@ -147,7 +147,7 @@ def test_a_run_lasts_as_long_as_the_recording(say: Say) -> None:
     found = read_recorded("people.csv")
     assert found.span == (0.0, 19.9)
     assert crossing(found, (0, 0), (9, 9), at=15.0).duration == pytest.approx(4.9)
-    long = found._replace(span=(0.0, 600.0))
+    long = replace(found, span=(0.0, 600.0))
     assert crossing(long, (0, 0), (9, 9)).duration == 60.0
     far = ("--start", "0,-50", "--goal", "90,-50", "--at", 18)
     said = say("run", "people.csv", *far, "--json")

@@ -71,7 +71,7 @@ def test_the_core_depends_on_four_packages() -> None:
     assert {package_of(each) for each in PROJECT["dependencies"]} == set(CORE)
     for extra, modules in MODULES.items():
         assert set(modules) <= packages(extra)
-    assert packages("all") == set().union(*map(packages, ("view", "video", "data", "tracks", "maps")))
+    assert packages("all") == set().union(*map(packages, ("view", "video", "data", "tracks", "walls")))
     assert packages("all") < packages("dev")
 
 

@@ -27,6 +27,7 @@ from nav2_maps import OF_GRIDS, OF_MAPS
 from pydantic_core import PydanticKnownError
 from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS
 from ros_messages import BAGS
+from wall_files import OF_WALL_FILES, OF_WALL_UNITS
 
 import slalom
 from slalom import (
@@ -692,6 +693,8 @@ def without_goal(content: dict) -> None:
 
 
 REFUSED: dict[str, Callable[[Path], object]] = {
+    r"--walls-unit: expected only with --walls, found 'mm'": command("run", "empty", "--walls-unit", "mm"),
+    r"--walls-unit: expected the length of a unit of a\.svg": command("run", "empty", "--walls", "{}/a.svg"),
     r"now: expected a time after the previous decision at 0 s, found the same for another position": lambda _: (
         navigator().decide(State((0.1, 0.0), (1.0, 0.0)), [], GOAL, previous=decision())
     ),
@@ -1204,6 +1207,9 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"jobs: expected a number of": lambda _: compare("empty", ["nao"], 1, jobs=0),
     r"expected one of position, trajectory, path, found none": lambda _: GoalSpec.model_construct().build(),
+    r"expected a position with route, found trajectory": lambda _: GoalSpec.model_construct(
+        trajectory=0, route=True
+    ).build(),
     r"jupedsim: expected settings frame_rate, with frame_rate, found none": write_tracks("jupedsim"),
     r"encoding: expected a name such as latin-1 or utf-16, found 'klingon'": reading(
         partial(read_recording, encoding="klingon"), "a.csv", ROW
@@ -1724,8 +1730,8 @@ CASES = [
     *(
         Case(error, message, call)
         for error, table in (
-            (InvalidInput, REFUSED | REFUSALS | OF_GRIDS),
-            (InvalidFile, FILES | BAGS | OF_MAPS),
+            (InvalidInput, REFUSED | REFUSALS | OF_GRIDS | OF_WALL_UNITS),
+            (InvalidFile, FILES | BAGS | OF_MAPS | OF_WALL_FILES),
             (MissingExtra, EXTRAS),
         )
         for message, call in table.items()

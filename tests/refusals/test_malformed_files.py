@@ -16,8 +16,9 @@ from draws import commit_number, draws
 from hdf5_files import OF_LIBRARY, changed, write_run
 from recording_formats import SAMPLES, WALK, Sample
 from scenario_texts import EVERYTHING, GROUP
+from wall_files import MOVINGAI, SVG, dxf
 
-from slalom import InvalidFile, SlalomError
+from slalom import InvalidFile, SlalomError, read_walls
 from slalom.base.errors import MESSAGE_LINE
 from slalom.cli import call
 from slalom.io.formats import read_recording
@@ -91,6 +92,15 @@ KINDS = {
         (read_cases,),
     ),
     "tracks": Good("a.csv", text("t,id,x,y\n0,1,0,0\n1,1,1,0\n2,1,2,0\n0,2,5,5\n1,2,5,4\n"), (read_tracks,)),
+    **{
+        suffix: Good(f"a.{suffix}", text(content), (partial(read_walls, unit=1.0),))
+        for suffix, content in (
+            ("wkt", "POLYGON ((0 0, 4 0, 4 1, 0 0))"),
+            ("map", MOVINGAI),
+            ("svg", SVG),
+            ("dxf", dxf()),
+        )
+    },
     "hdf5": Good("a.h5", write_run, (Recording.load,)),
 }
 """Every kind of files that slalom reads."""

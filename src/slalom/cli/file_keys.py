@@ -33,6 +33,7 @@ from slalom.sim.files.schema import (
     RecordingSpec,
     RobotSpec,
     ScenarioSpec,
+    TableSpec,
 )
 from slalom.sim.measure.units import unit_of
 from slalom.sim.sweep.study import ScenarioRowSpec, StudySpec
@@ -70,6 +71,8 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "robots": "several robots or groups of robots, in place of `robot`",
         "obstacles": "keys of an obstacle",
         "recording": "recorded agents as obstacles: keys of a recording",
+        "walls": "file of walls, relative to the scenario file",
+        "walls_unit": "m, cm, mm, km, ft or a number [m]; by default as the file of walls states",
         "start": "[s] absolute time of the start",
         "duration": "[s] after which a robot that has not arrived has failed",
         "dt": "[s] between steps",
@@ -103,6 +106,15 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
     "GroupGoalSpec": {
         "tolerance": "[m] within which a robot has arrived",
         "stop": "whether the robots stop there",
+        "route": "whether shortest paths around obstacles at rest lead there",
+    },
+    "TableSpec": {
+        **ROBOT_KEYS,
+        "table": "file with x, y, goal_x, goal_y [m] in columns; this key makes an entry of `robots` a table",
+        "name": "by a column of that name",
+        "radius": "[m]; by default the column of that name",
+        "max_speed": "[m/s]; by default the column of that name",
+        "goal": "keys that the goals of a group have in common",
     },
     "RangeSpec": {
         "first": "of the first robot, or one end of random numbers",
@@ -121,6 +133,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "path": "that leads to the goal: keys of a path",
         "tolerance": "[m] within which the robot has arrived",
         "stop": "whether the robot stops there",
+        "route": "whether the shortest path around obstacles at rest leads to the position",
     },
     "PathSpec": {
         "points": "[m] of the polyline",
@@ -207,6 +220,7 @@ MAPPINGS: Final[Mapping[str, Mapped]] = {
     "cases": Mapped("A scenario file with cases: also", CasesSpec),
     "robot": Mapped("A robot", RobotSpec),
     "group": Mapped("A group of robots", GroupSpec),
+    "table": Mapped("Robots of a table", TableSpec),
     "group_goal": Mapped("The goals of a group", GroupGoalSpec),
     "range": Mapped("A range of numbers", RangeSpec),
     "override": Mapped("A robot of a group that differs", OverrideSpec),

@@ -2,9 +2,9 @@
 
 import os
 import re
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
 from cyclopts import Group, Parameter
 
@@ -148,6 +148,46 @@ class Crossing:
     speed: float | None = None
     acceleration: float | None = None
     agent_radius: float | None = None
+
+
+W = TypeVar("W", "Scenario", "Recorded")
+
+
+@Parameter(name="*", group=Group("Walls", sort_key=1))
+@dataclass(frozen=True, kw_only=True)
+class WallsFile:
+    """Options of walls.
+
+    Parameters
+    ----------
+    walls
+        Add the walls of this .wkt, .geojson, .dxf, .svg, .map (MovingAI), .yaml (nav2) or .sqlite (JuPedSim) file.
+    walls_unit
+        Unit of the file, m, cm, mm, km, ft or a number [m]; by default as the file states, else m.
+    """
+
+    walls: Path | None = None
+    walls_unit: str | None = None
+
+    def added_to(self, found: W) -> W:
+        """Return a scenario or a recording with the walls. Raises as `io.walls.read_walls`."""
+        from slalom.io.walls import Walls, read_walls
+        from slalom.sim.files.schema import number_or_text
+
+        if self.walls is None:
+            if self.walls_unit is not None:
+                raise InvalidInput(f"--walls-unit: expected only with --walls, found {self.walls_unit!r}")
+            return found
+        unit = None if self.walls_unit is None else number_or_text(self.walls_unit)
+        try:
+            added: Walls = read_walls(self.walls, unit)
+        except InvalidInput as error:
+            raise InvalidInput(f"--walls-{error}") from None
+        changed: Any = {
+            "obstacles": (*found.obstacles, *added.obstacles),
+            "notes": (*found.notes, *added.notes),
+        }
+        return replace(found, **changed)
 
 
 def is_recording(scenario: str, reading: Reading | None, crossing: Crossing | None) -> bool:

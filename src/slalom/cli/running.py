@@ -27,7 +27,16 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.options import Crossing, Look, Reading, drawable, is_recording, refuse_without, scenario_of
+from slalom.cli.options import (
+    Crossing,
+    Look,
+    Reading,
+    WallsFile,
+    drawable,
+    is_recording,
+    refuse_without,
+    scenario_of,
+)
 from slalom.cli.report import run_text
 
 if TYPE_CHECKING:
@@ -108,6 +117,7 @@ def run(
     at: float | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
+    walls: WallsFile | None = None,
     json: Flag = False,
 ) -> int:
     """Run a scenario, or a robot in a recording, and print the result; exit code 1 on a collision or without arrival.
@@ -151,6 +161,7 @@ def run(
         from slalom.sim import load
 
         loaded = load(scenario, changed, seed=seed)
+    loaded = (walls or WallsFile()).added_to(loaded)
     return _run(loaded, name, seed, out, replace(drawn, figure_at=figure_at), json)
 
 
@@ -301,7 +312,9 @@ def show(
     return DONE
 
 
-def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole = 0) -> int:
+def export_scenario(
+    scenario: str, /, *, settings: Settings = None, seed: Whole = 0, walls: WallsFile | None = None
+) -> int:
     """Print a scenario as YAML, a scenario file to run or to change: `slalom export-scenario circle > circle.yaml`.
 
     Parameters
@@ -318,6 +331,7 @@ def export_scenario(scenario: str, /, *, settings: Settings = None, seed: Whole 
 
     refuse_run(scenario)
     loaded = load(resolved(scenario), parse_settings(settings), seed=seed)
+    loaded = (walls or WallsFile()).added_to(loaded)
     # Files of scenarios are UTF-8: what stdout writes in another encoding would be read as other characters.
     escaped = codecs.lookup(sys.stdout.encoding or "utf-8").name != "utf-8"
     print_line(scenario_text(loaded, ascii_only=escaped).rstrip("\n"))

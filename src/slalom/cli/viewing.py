@@ -22,7 +22,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.options import Crossing, Reading, given_options, is_recording, scenario_of, tracks_of
+from slalom.cli.options import Crossing, Reading, WallsFile, given_options, is_recording, scenario_of, tracks_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def view(
     agent: str | None = None,
     crossing: Crossing | None = None,
     reading: Reading | None = None,
+    walls: WallsFile | None = None,
     port: Whole = 0,
     browser: bool = True,
 ) -> int:
@@ -77,7 +78,7 @@ def view(
     with Extra("view", "view"):
         from slalom.live.server import Server
     begin, second = (
-        None if name is None else _sessions(name, given, method, seed, (at, agent), crossing, reading)
+        None if name is None else _sessions(name, given, method, seed, (at, agent), crossing, reading, walls or WallsFile())
         for name in (source, None if beside is None else resolved(beside))
     )
     assert begin is not None
@@ -203,6 +204,7 @@ def _sessions(
     start: tuple[float | None, str | None],
     crossing: Crossing | None,
     reading: Reading | None,
+    walls: WallsFile,
 ) -> Callable[[], "Session"]:
     """The beginning of a session of a name or a file: the replay of a run, or a run of a scenario."""
     from slalom.decision.methods import method as method_of
@@ -213,7 +215,7 @@ def _sessions(
 
     at, agent = start
     if name.endswith(".json"):
-        options = {"--method": method, "--set": settings, "--at": at, "--agent": agent}
+        options = {"--method": method, "--set": settings, "--at": at, "--agent": agent, "--walls": walls.walls}
         for option in (option for option, value in options.items() if value or value == 0.0):
             raise InvalidInput(f"{option}: expected none with the file of a decision, found {options[option]!r}")
         from slalom.live.recorded import of_file
@@ -234,13 +236,13 @@ def _sessions(
             raise InvalidInput(f"--set: expected --start and --goal with a recording, found {next(iter(settings))!r}")
         from slalom.live.recorded import as_recorded
 
-        replayed = as_recorded(tracks_of(name, reading, crossing), chosen_or(DEFAULT_METHOD), agent, at)
+        replayed = as_recorded(walls.added_to(tracks_of(name, reading, crossing)), chosen_or(DEFAULT_METHOD), agent, at)
         return lambda: Session.of(replayed, method_of(DEFAULT_METHOD))
     if replayable:
         from slalom.sim.run.recorded import recorded
 
         found = recorded(_recording(Path(name)))
-        if method is None and not settings:
+        if method is None and not settings and walls.walls is None:
             return lambda: Session.of(found, method_of(DEFAULT_METHOD))
         own = DEFAULT_METHOD if found.method is None else found.method.name
         loaded, chosen = found.scenario.with_settings(settings), chosen_or(own)
@@ -251,4 +253,5 @@ def _sessions(
         from slalom.sim import load
 
         loaded, chosen = load(name, settings, seed=seed), chosen_or(DEFAULT_METHOD)
+    loaded = walls.added_to(loaded)
     return lambda: Session(loaded, chosen)

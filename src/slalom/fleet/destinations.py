@@ -18,6 +18,7 @@ from slalom.kernels.decision.tables import ARRIVE, FOLLOW_VELOCITY, RobotTable, 
 from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import least_speed
 from slalom.model.path_goal import PathGoal
+from slalom.model.shape import is_round
 from slalom.obstacle.window import ObstacleWindow
 
 GOAL_HORIZONS: Final = 100.0
@@ -42,6 +43,12 @@ class Destinations:
         self._period, self._horizon = period, horizon
         self._guided_only = only
         self._fastest = np.array([limits.max_speed for limits in members.limits])
+        # Obstacles are grown once for all round robots, which differ by the margin alone.
+        first = next((shape for shape in members.shapes if is_round(shape)), None)
+        self._grown_by = [
+            (first, shape.bounding_radius - first.bounding_radius) if first and is_round(shape) else (shape, 0.0)
+            for shape in members.shapes
+        ]
         self._forget()
 
     def _forget(self) -> None:
@@ -157,6 +164,7 @@ class Destinations:
     def _follow(self, table: RobotTable, k: int, path: PathGoal, around: ObstacleWindow) -> None:
         each, d = table.each, self.members.shapes[k].dimension
         limits, shape = self.members.limits[k], self.members.shapes[k]
+        grown_by, larger = self._grown_by[k]
         step = path.step(
             each["position"][k, :d],
             self.progress[k],
@@ -164,17 +172,17 @@ class Destinations:
             PATH_BRAKING * limits.braking,
             self._period,
             shape.bounding_radius,
-            partial(around.covered, robot=shape, margin=float(self.members.margins[k])),
+            partial(around.covered, robot=grown_by, margin=larger + float(self.members.margins[k])),
         )
         self.progress[k], each["max_speed"][k] = step.progress, step.max_speed
         each["final"][k] = step.final
         each["target"][k, :d] = step.goal.position(0.0)
         each["tolerance"][k], each["stop"][k] = step.goal.tolerance, step.goal.stop
-        hidden = partial(around.covered, robot=shape, margin=0.0)
-        seen = _last_in_sight(path, each["position"][k, :d], step.progress, shape.bounding_radius, hidden)
-        if seen < step.progress:
-            # Others have moved the robot behind an obstacle.
-            self.progress[k] = seen
+        hidden = partial(around.covered, robot=grown_by, margin=larger)
+        seen = _last_in_sight(path, each["position"][k, :d], step.ahead, shape.bounding_radius, hidden)
+        if seen < step.ahead:
+            # A corner hides the target, or others have moved the robot behind an obstacle.
+            self.progress[k] = min(step.progress, seen)
             each["final"][k] = each["stop"][k] = False
             each["target"][k, :d] = path.point(seen)
 

@@ -476,6 +476,8 @@ FORMATS: Final = Registry[Format](
 )
 """Formats by name; packages add to them by entry points of the group slalom.formats."""
 
+_WALLS = "walls, not a recording: --walls reads them"
+
 _NO_RECORDINGS: Final[Mapping[str, str]] = {
     r"PK\x03\x04": "a zip archive: unpack it",
     r"<OpenSCENARIO": "a scenario of OpenSCENARIO, not a recording",
@@ -486,13 +488,13 @@ _NO_RECORDINGS: Final[Mapping[str, str]] = {
     r"[!\\]AIV": "AIS sentences (NMEA 0183) with checksums, each of one position: decode them to a table with MMSI",
     r"\d\d:\d\d:\d\d(?:\.\d+)?>": "a scenario of BlueSky, not a recording",
     r"case,agent,x,y,goal_x": "starts and goals of CADRL, not a recording: `slalom compare` runs them",
-    r"type \w+\s+height \d": "a map of MovingAI: walls, not a recording",
+    r"type \w+\s+height \d": f"a map of MovingAI: {_WALLS}",
     r"version [\d.]+\s+\d+\t": "tasks of MovingAI: starts and goals, not a recording",
-    r"image:|(?:\w+:[^\n]*\n)+image:": "a map of nav2: walls, not a recording; `slalom.io.maps.read_map` reads it",
+    r"image:|(?:\w+:[^\n]*\n)+image:": f"a map of nav2: {_WALLS}",
     r"P[25]\s": "an image of a map, not a recording: its yaml file has the scale",
-    r"(?:MULTI)?(?:POLYGON|LINESTRING|POINT)|GEOMETRYCOLLECTION": "shapes in WKT: walls, not a recording",
-    r"\{.{0,200}\"(?:FeatureCollection|Feature|Polygon|LineString)\"": "shapes in GeoJSON: walls, not a recording",
-    r"0\s+SECTION": "a drawing in DXF: walls, not a recording",
+    r"(?:MULTI)?(?:POLYGON|LINESTRING|POINT)|GEOMETRYCOLLECTION": f"shapes in WKT: {_WALLS}",
+    r"\{.{0,200}\"(?:FeatureCollection|Feature|Polygon|LineString)\"": f"shapes in GeoJSON: {_WALLS}",
+    r"0\s+SECTION": f"a drawing in DXF: {_WALLS}",
 }
 """What other files are, by the pattern with which they begin."""
 

@@ -38,6 +38,7 @@ class PathStep(NamedTuple):
     goal: Goal  # a point ahead on the path, or its end
     max_speed: float  # [m/s]
     final: bool  # whether the target is the end
+    ahead: float  # [m] along the path, of the target; of the robot, where an obstacle covers the path
 
 
 class PathGoal(Goal):
@@ -163,16 +164,16 @@ class PathGoal(Goal):
         blocked = covered(self.points_at(between)) if len(between) else np.zeros(0, np.bool_)
         if not blocked.any():
             if ahead >= self.length:
-                return PathStep(progress, Goal(self.trajectory, self.tolerance, self.stop), speed, True)
-            return PathStep(progress, self._pass(self.point(ahead), distance), speed, False)
+                return PathStep(progress, Goal(self.trajectory, self.tolerance, self.stop), speed, True, self.length)
+            return PathStep(progress, self._pass(self.point(ahead), distance), speed, False, ahead)
         rest = between[int(np.argmax(blocked)) :]
         on_path, left = self.points_at(rest), np.stack([self.left(at) for at in rest])
         for k in range(1, PATH_OFFSETS + 1):
             for offset in (-k * size, k * size):
                 points = on_path + offset * left
                 if not covered(points).any():
-                    return PathStep(progress, self._pass(points[-1], distance), speed, False)
-        return PathStep(progress, self._pass(on_path[-1], distance), speed, False)
+                    return PathStep(progress, self._pass(points[-1], distance), speed, False, progress)
+        return PathStep(progress, self._pass(on_path[-1], distance), speed, False, progress)
 
     def left(self, progress: float) -> Array:
         """The unit vector (d,) to the left of the path at a length [m] from its start, level in space."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +25,8 @@ MAX_DURATION: Final = 60.0
 """[s] Duration of a run, unless the recording ends before. It is the default of every scenario."""
 
 
-class Recorded(NamedTuple):
+@dataclass(frozen=True)
+class Recorded:
     """The agents of a recording as obstacles.
 
     Attributes:

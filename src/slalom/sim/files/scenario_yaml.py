@@ -1,6 +1,7 @@
 """Reader of scenario files in YAML 1.2; all mistakes are reported at once as file:line:column."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,10 +13,13 @@ from ruamel.yaml.nodes import MappingNode, Node
 from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import method
+from slalom.fleet.routes import routes
 from slalom.io import formats
 from slalom.io.recorded import first_of
+from slalom.io.walls import Walls, read_walls
 from slalom.io.yaml_nodes import MAX_MISTAKES, compose, content_of
 from slalom.model.limits import HalfSpace, Limits
+from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import checked_period
@@ -29,9 +33,13 @@ from slalom.sim.files.schema import (
     RecordingSpec,
     RobotSpec,
     ScenarioSpec,
+    TableSpec,
     WrittenRobot,
     is_group,
+    is_table,
+    number_or_text,
     robots_of,
+    robots_of_table,
 )
 from slalom.sim.files.yaml_errors import Mistakes, in_order, messages
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers, unfit_times, whole_periods
@@ -158,9 +166,11 @@ def _replaced(node: MappingNode, by: MappingNode) -> MappingNode:
 
 
 def files_of(path: Path) -> list[Path]:
-    """Return a valid scenario file and the files of the recordings that it names, if any."""
+    """Return a valid scenario file, and the files of recordings, walls and robots that it names, if any."""
     content = compose(path)[1]
-    named = [(one.get("recording") or {}).get("file") for one in (content, *content.get("cases", ()))]
+    several = (content, *content.get("cases", ()))
+    named = [(one.get("recording") or {}).get("file") for one in several] + [one.get("walls") for one in several]
+    named += [robot["table"] for one in several for robot in one.get("robots") or () if is_table(robot)]
     found = [formats.files_of(path.parent / name) for name in dict.fromkeys(named) if name is not None]
     return [path, *(file for files in found for file in files)]
 
@@ -196,6 +206,9 @@ class _Parts(Mistakes):
             settings |= self.while_recorded(spec, recording, found)
             settings["notes"] = (*settings.get("notes", ()), *found.notes)
             obstacles += there_in(found, recording.window, spec.horizon)
+        if spec and spec.walls is not None and d and (walls := self.walls(spec.walls, spec.walls_unit, d)):
+            obstacles += walls.obstacles
+            settings["notes"] = (*settings.get("notes", ()), *walls.notes)
         if spec and spec.period is not None and d:
             settings["period"] = period = tuple(spec.period)
             self.attempt(("period",), lambda: checked_period(period, d, 0.0, "period"))
@@ -206,6 +219,13 @@ class _Parts(Mistakes):
             return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)
         whole = tuple(robot for robot in robots if robot is not None)
+        if routed := [k for k, one in enumerate(written) if one.has_route()]:
+            leading = self.attempt(
+                written[routed[0]].at("goal"), lambda: _with_routes(whole, routed, some, spec.margin)
+            )
+            if leading is None:
+                return None
+            whole = leading
         # The only remaining refusal of a scenario is a goal under an obstacle.
         return self.attempt(
             written[0].at("goal"),
@@ -238,6 +258,9 @@ class _Parts(Mistakes):
             if is_group(raw):
                 group = _valid(GroupSpec, raw)
                 some = robots_of(group, raw, place, len(found), self) if group else []
+            elif is_table(raw):
+                file = self.path.parent / str(raw["table"])
+                some = robots_of_table(file, raw, place, len(found), self) if _valid(TableSpec, raw) else []
             else:
                 some = [WrittenRobot(_name(raw, f"robot {len(found)}"), raw, place, {})]
             for one in some:
@@ -314,6 +337,19 @@ class _Parts(Mistakes):
             lambda: Obstacle(shape, spec.trajectory.build(), name, built(spec.heading), built(spec.uncertainty)),
         )
 
+    def walls(self, name: str, unit: str | None, d: int) -> Walls | None:
+        """Return the walls of a file; None with a mistake."""
+        if d != 2:
+            self.note(("walls",), "expected none in space, found a file of walls")
+            return None
+        try:
+            return read_walls(self.path.parent / name, None if unit is None else number_or_text(unit))
+        except InvalidFile as error:
+            self.mistakes.extend(error.mistakes)
+        except InvalidInput as error:
+            self.note(("walls_unit",), str(error).removeprefix("unit: "))
+        return None
+
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:
         """Return the agents of a recording of the robot's dimension; None with a mistake."""
         file, given = self.path.parent / spec.file, spec.of_format()
@@ -372,6 +408,22 @@ class _Parts(Mistakes):
         elif window and start + duration > end + WHOLE_COUNT * abs(end):
             self.note(("duration",), f"expected at most {end - start:g} s, until the window ends, found {duration:g}")
         return {"start": start, "duration": duration, "recorded": (begin, end)}
+
+
+def _with_routes(
+    robots: Sequence[Robot], rows: Sequence[int], obstacles: Sequence[Obstacle], margin: float
+) -> tuple[Robot, ...]:
+    """Return the robots; those of some rows with the paths around obstacles at rest that lead to their goals."""
+    some = [robots[k] for k in rows]
+    paths = routes(
+        [robot.state.position for robot in some],
+        [robot.goal.position(0.0) for robot in some],
+        [robot.shape.bounding_radius for robot in some],
+        obstacles,
+        margin=margin,
+    )
+    goals = {k: PathGoal(path, None, robots[k].goal.tolerance, robots[k].goal.stop) for k, path in zip(rows, paths)}
+    return tuple(replace(robot, goal=goals.get(k, robot.goal)) for k, robot in enumerate(robots))
 
 
 def _dimension_of_others(robots: list[WrittenRobot], obstacles: object) -> int | None:

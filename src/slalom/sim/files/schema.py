@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal, NamedTuple, cast
 
 import numpy as np
@@ -21,10 +22,12 @@ from pydantic.fields import FieldInfo
 from pydantic_core import core_schema
 
 from slalom.base.checks import did_you_mean, shown, vectors
-from slalom.base.errors import InvalidInput
+from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.decision.methods import method
 from slalom.decision.settings import SharedSettings
 from slalom.io.formats import FORMATS
+from slalom.io.recorded import refuse
+from slalom.io.sheet import comma_table
 from slalom.io.yaml_nodes import YAML_VALUES
 from slalom.model.goal import Goal
 from slalom.model.limits import HalfSpace
@@ -162,12 +165,16 @@ class GoalSpec(Built):
     path: PathSpec | None = None
     tolerance: Positive = 0.5
     stop: bool = False
+    route: bool = False
 
     def build(self) -> Goal:
+        """Return the goal; one with a route is at its position until the obstacles are known."""
         given = {"position": self.position, "trajectory": self.trajectory, "path": self.path}
         found = [name for name, value in given.items() if value is not None]
         if len(found) != 1:
             raise InvalidInput(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        if self.route and self.position is None:
+            raise InvalidInput(f"expected a position with route, found {found[0]}")
         if self.path is not None:
             return PathGoal(
                 self.path.points, self.path.speeds, self.tolerance, self.stop, lookahead=self.path.lookahead
@@ -317,6 +324,7 @@ class GroupGoalSpec(Model):
 
     tolerance: Positive = 0.5
     stop: bool = False
+    route: bool = False
 
 
 def _optional(field: FieldInfo) -> Any:
@@ -345,16 +353,27 @@ class GroupSpec(RobotKeys):
     overrides: list[OverrideSpec] = Field(default_factory=list)  # type: ignore[valid-type]  # made at run time
 
 
+class TableSpec(RobotKeys):
+    """Robots of a table, a row each: x, y, goal_x, goal_y and, in place of keys, name, radius and max_speed."""
+
+    table: Text
+    radius: NotNegative | None = None
+    max_speed: Positive | None = None  # type: ignore[assignment]  # columns stand for it
+    goal: GroupGoalSpec = Field(default_factory=GroupGoalSpec)
+
+
 @dataclass(frozen=True, eq=False)
 class RobotOrGroupByContent(ModelByContent):
-    """Metadata of an entry of `robots`: a group has a count, a robot has none."""
+    """Metadata of an entry of `robots`: a group has a count, a table its file, a robot has neither."""
 
     def model_of(self, content: object) -> type[Model] | None:
-        return GroupSpec if is_group(content) else RobotSpec
+        return GroupSpec if is_group(content) else TableSpec if is_table(content) else RobotSpec
 
     def validate(self, content: object) -> Model:
         """Return the robot or the group. Raises the errors of pydantic, which collects them with the others."""
-        return (GroupSpec if is_group(content) else RobotSpec).model_validate(content)
+        model = self.model_of(content)
+        assert model is not None
+        return model.model_validate(content)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.validate)
@@ -368,6 +387,11 @@ def is_group(content: object) -> bool:
     return isinstance(content, dict) and "count" in content
 
 
+def is_table(content: object) -> bool:
+    """Whether an entry of `robots` is a table."""
+    return isinstance(content, dict) and "table" in content
+
+
 class WrittenRobot(NamedTuple):
     """A robot of a file: its name, keys and place, and the places of keys that stand elsewhere."""
 
@@ -375,6 +399,11 @@ class WrittenRobot(NamedTuple):
     content: object
     place: Place
     elsewhere: Mapping[str, Place]
+
+    def has_route(self) -> bool:
+        """Return whether a path around obstacles at rest leads to its goal."""
+        goal = self.content.get("goal") if isinstance(self.content, dict) else None
+        return isinstance(goal, dict) and goal.get("route") is True
 
     def at(self, *keys: str | int) -> Place:
         """Return the place of a value of the robot."""
@@ -420,6 +449,40 @@ def robots_of(
     return found
 
 
+def robots_of_table(
+    file: Path, content: Mapping[str, Any], place: Place, number: int, mistakes: Mistakes
+) -> list[WrittenRobot]:
+    """Return the robots of a table, each with the keys of a robot that is written on its own; none with a mistake.
+
+    Args: as of `robots_of`.
+    """
+    try:
+        table = comma_table(file, ("x", "y", "goal_x", "goal_y"))
+        positions, goals = table.positions("x", "y"), table.positions("goal_x", "goal_y")
+        columns = {key: table.numbers(key) for key in ("radius", "max_speed") if key in table.names}
+        for key, values in columns.items():
+            for row in np.flatnonzero(values <= 0.0):
+                table.wrong(row, key, f"expected a number above 0, found {values[row]:g}")
+        refuse(table.path, table.mistakes, table.location)
+    except InvalidFile as error:
+        mistakes.mistakes.extend(error.mistakes)
+        return []
+    for key in ("radius", "max_speed"):
+        if key not in columns and key not in content and not (key == "radius" and "shape" in content):
+            mistakes.note((*place, "table"), f"expected a column {key}, or this key; found neither")
+            return []
+    shared = {key: content[key] for key in RobotKeys.model_fields if key in content}
+    names = table.texts("name") or [f"robot {number + k}" for k in range(len(positions))]
+    elsewhere = dict.fromkeys(("name", "position", "goal", *columns), (*place, "table"))
+    found = []
+    for k, name in enumerate(names):
+        robot = shared | {key: float(values[k]) for key, values in columns.items()} | {"name": name}
+        robot["position"] = positions[k].tolist()
+        robot["goal"] = {**content.get("goal", {}), "position": goals[k].tolist()}
+        found.append(WrittenRobot(name, robot, place, elsewhere))
+    return found
+
+
 def _overrides(
     content: Mapping[str, Any], place: Place, count: int, mistakes: Mistakes
 ) -> dict[int, tuple[Place, dict[str, Any]]] | None:
@@ -451,6 +514,8 @@ class WorldSpec(Model):
     robots: list[RobotOrGroup] | None = Field(default=None, min_length=1, validate_default=True)
     obstacles: list[ObstacleSpec] = Field(default_factory=list)
     recording: RecordingSpec | None = None
+    walls: Text | None = None
+    walls_unit: Text | None = None
     start: FiniteFloat = 0.0
     duration: Positive = 60.0
     dt: Positive = 0.1
