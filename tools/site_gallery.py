@@ -61,9 +61,10 @@ def drawn(name: str, folder: Path) -> tuple[str, str]:
 
     All are made again only after a change of the code. The name is "" where the scenario cannot be built.
     """
-    target, text = folder / f"gallery_{name}.png", folder / f"gallery_{name}.txt"
+    target = folder / f"gallery_{name}.png"
+    player, text = target.with_suffix(".html"), target.with_suffix(".txt")
     digest = _digest()
-    if target.exists() and text.exists() and text.read_text().startswith(digest):
+    if all(path.exists() for path in (target, player, text)) and text.read_text().startswith(digest):
         return target.name, text.read_text().partition("\n")[2]
     try:
         scenario = gallery.build(name, {"duration": SHORTER[name]} if name in SHORTER else {})
@@ -73,7 +74,7 @@ def drawn(name: str, folder: Path) -> tuple[str, str]:
     recording = simulate(scenario, contender(METHOD))
     folder.mkdir(parents=True, exist_ok=True)
     slalom.view.save(replay(recording, scenario, METHOD), target, resolution=RESOLUTION)
-    export(recording, target.with_suffix(".html"), interval=INTERVAL)
+    export(recording, player, interval=INTERVAL)
     sentence = _sentence(summary(recording))
     text.write_text(f"{digest}\n{sentence}")
     return target.name, sentence

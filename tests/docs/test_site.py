@@ -182,11 +182,12 @@ def test_blocks_that_fail_stop_the_build(tmp_path: Path) -> None:
 
 
 def test_the_gallery_has_every_scenario(tmp_path: Path) -> None:
-    """With its command, which the command line accepts, and its picture."""
+    """With its command, which the command line accepts, its picture, and its player."""
     page = site_gallery.page(lambda name: (f"{name}.png", "It arrived."))
     for name in GALLERY:
         assert f"## {name}\n" in page
         assert f"![A run of {name}]({name}.png)" in page
+        assert f'<iframe src="{name}.html" loading="lazy"' in page
     for command in site_blocks.commands_of(page):
         assert app.parse_args(command[1:], exit_on_error=False, print_error=False)[0] is not None
     assert "![" not in site_gallery.page(lambda name: ("", "Not drawn."))
@@ -211,6 +212,7 @@ def test_pictures_of_the_gallery_are_made_once(tmp_path: Path) -> None:
     assert sentence == "The robot arrived after 12.0 s, without a collision."
     picture = tmp_path / target
     first = picture.read_bytes()
+    assert 'id="slalom-data"' in picture.with_suffix(".html").read_text()
     picture.write_bytes(b"")
     assert site_gallery.drawn("empty", tmp_path) == (target, sentence)
     assert picture.read_bytes() == b""
