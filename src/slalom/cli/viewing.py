@@ -77,12 +77,11 @@ def view(
     source, given = resolved(scenario), parse_settings(settings)
     with Extra("view", "view"):
         from slalom.live.server import Server
-    begin, second = (
-        None if name is None else _sessions(name, given, method, seed, (at, agent), crossing, reading, walls or WallsFile())
-        for name in (source, None if beside is None else resolved(beside))
-    )
-    assert begin is not None
-    if second is not None:
+    drawn = walls or WallsFile()
+    begin = _sessions(source, given, method, seed, (at, agent), crossing, reading, drawn)
+    second = None
+    if beside is not None:
+        second = _sessions(resolved(beside), given, method, seed, (at, agent), crossing, reading, drawn)
         second()
     server = Server(begin, begin().scenario.name, port, second)  # what cannot run is refused before the browser opens
 
