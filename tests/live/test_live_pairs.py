@@ -64,12 +64,10 @@ def test_two_methods_run_from_one_start() -> None:
             page.evaluate(f"['roundabout_crossing', '{name}', {one}.model.ended.text].join(' · ')")
             for name, one in (("nao", APP), ("vo", f"{APP}.pair.second"))
         ]
-        shown = [canvas for canvas in page.locator("canvas[data-panel^=control]:visible").all()]
-        assert len(shown) == 2
+        assert page.locator("canvas[data-panel^=control]:visible").count() == 2
         # A change begins both runs anew.
-        page.evaluate(
-            f"{APP}.play(false); {APP}.seek(0); {APP}.send({{do: 'drag', what: 'robot', index: 0, to: [-22, 1], step: 0}})"
-        )
+        page.evaluate(f"{APP}.play(false); {APP}.seek(0)")
+        page.evaluate(f"{APP}.send({{do: 'drag', what: 'robot', index: 0, to: [-22, 1], step: 0}})")
         page.wait_for_function(f"{APP}.model.scene.undo === 1 && {APP}.model.complete")
         page.wait_for_function(f"{BOTH} && Math.abs({APP}.pair.second.model.positions.values[1] - 1) < 1e-3")
         # The address holds both, and undo leads back to the first start.
