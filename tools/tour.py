@@ -102,6 +102,18 @@ def still(browser: Any, run: Path, turning: int) -> None:
         shot(page, "view.png")
 
 
+def pair(browser: Any, step: int) -> None:
+    """The picture of docs/view.md of two runs from one start."""
+    scene = ("roundabout_crossing", "--seed", "3", "--set", "duration=9")
+    with served(*scene) as address, page_of(browser, address, SIZE) as page:
+        page.evaluate(f"{APP}.chooseBeside('vo', true)")
+        page.wait_for_function(f"{APP}.pair.second?.model.complete", timeout=120_000)
+        page.evaluate(f"{APP}.seek({step})")
+        both = f"[{APP}, {APP}.pair.second].every((one) => one.model.has({step}))"
+        page.wait_for_function(both, timeout=60_000)
+        shot(page, "view_pair.png")
+
+
 def space_and_fleet(browser: Any) -> None:
     """The pictures of docs/view.md of a robot in space and of a fleet."""
     with served("drones_crossing") as address, page_of(browser, address, SIZE) as page:
@@ -126,6 +138,7 @@ def main() -> None:
         recording.save(run)
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         still(browser, run, turning)
+        pair(browser, turning)
         space_and_fleet(browser)
         browser.close()
     animate(recording, IMAGES / "view.gif", fps=8.0, speed=2.4, control_space=True)

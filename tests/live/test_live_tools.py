@@ -163,8 +163,8 @@ def test_charts_show_any_metric_with_its_axes(address: str, file: str) -> None:
         for name, value in expected.items():
             chart.select_option(name)
             told = page.evaluate(values, 20)
-            number = next(words for words in told if words.split(" ")[-1] in ("m/s", "m", "m/s³")).split(" ")[0]
-            assert float(number) == pytest.approx(value, abs=0.06), name
+            shown = next(words for words in told if words.split(" ")[-1] in ("m/s", "m", "m/s³"))
+            assert float(shown.split(" ")[0]) == pytest.approx(value, abs=0.06), name
             # The axes: round numbers of the metric, and times up to the end of the run.
             plain = [float(words) for words in told if words.replace(".", "").isdigit()]
             assert len(plain) >= 4

@@ -88,6 +88,7 @@ export class Dragging {
       if (event.pointerType === "touch" && !this.nearChosen(slot)) return;
       this.gesture++;
       this.active = { what: "control", index: 0, slot };
+      app.hover.leave();
       this.offset = [0, 0];
       this.drag(slot, event, false);
       return;

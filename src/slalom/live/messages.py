@@ -369,7 +369,8 @@ class Ended(NamedTuple):
 def ended(scenario: Scenario, steps: Sequence[Step], end: Step, arrived: Array) -> Ended:
     """Return how a run of all `steps` ended: arrivals (n,) [s], inf for none, and collisions in continuous time."""
     log = RunLog(scenario, "", 0, "", list(steps), positions=end.positions, velocities=end.velocities, arrived=arrived)
-    run, hits, each = Recording.of(log), list[str](), list[tuple[float, int, str]]()
+    run, hits = Recording.of(log), list[str]()
+    each: list[tuple[float, int, str]] = []
     n = len(scenario.robots)
     if steps:
         for k, robot in enumerate(scenario.robots):
