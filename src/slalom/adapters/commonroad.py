@@ -43,7 +43,7 @@ GAP, SLIT = 0.05, 1e-4
 Smaller: walls between neighbours remain. Larger: gaps close.
 """
 WIDER = 0.2
-"""[1] How much wider recorded vehicles are for the point mass, per metre that they are longer. Larger: it turns more freely."""
+"""[1] How much wider recorded vehicles are for the point mass, per metre that they are longer. Larger: freer turns."""
 TURNED = 0.005
 """[rad] Error of the orientation of recorded vehicles, 1 cm at their ends. Smaller: tables take 20 times as long."""
 
