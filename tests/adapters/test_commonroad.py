@@ -14,12 +14,12 @@ pytest.importorskip(
 from commonroad.common.file_reader import CommonRoadFileReader
 from commonroad.common.solution import CommonRoadSolutionReader
 from commonroad.common.util import AngleInterval, Interval
-from commonroad.geometry.shape import Circle, Rectangle
+from commonroad.geometry.shape import Circle, Polygon as CommonRoadPolygon, Rectangle, ShapeGroup
 from commonroad.planning.goal import GoalRegion
 from commonroad.planning.planning_problem import PlanningProblem, PlanningProblemSet
 from commonroad.prediction.prediction import TrajectoryPrediction
 from commonroad.scenario.lanelet import Lanelet
-from commonroad.scenario.obstacle import DynamicObstacle, ObstacleType, StaticObstacle
+from commonroad.scenario.obstacle import DynamicObstacle, EnvironmentObstacle, ObstacleType, StaticObstacle
 from commonroad.scenario.scenario import Scenario, ScenarioID
 from commonroad.scenario.state import CustomState, InitialState
 from commonroad.scenario.trajectory import Trajectory
@@ -30,8 +30,10 @@ from commonroad_dc.collision.collision_detection.pycrcc_collision_dispatch impor
 )
 from commonroad_dc.feasibility import solution_checker
 from commonroad_dc.feasibility.vehicle_dynamics import VehicleDynamics
+from shapely import Point, Polygon, union_all
 
-from slalom.adapters.commonroad import MODELS, in_goal, solution, solve, write
+from slalom import InvalidInput
+from slalom.adapters.commonroad import MODELS, area, in_goal, solution, solve, surroundings, write
 
 pytestmark = [pytest.mark.adapters, pytest.mark.filterwarnings("ignore")]
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "vehicles"
@@ -133,5 +135,88 @@ def test_recorded_traffic_of_a_motorway(tmp_path: Path, name: str, model: str) -
     scenario, problems = CommonRoadFileReader(str(file)).open()
     (problem,) = problems.planning_problem_dict.values()
     motion = judge(scenario, problem, tmp_path, model)
+    assert motion.safe
+    assert motion.reached
+
+
+def with_goal(goal: CustomState) -> PlanningProblem:
+    """The start of `overtaking`, with another goal."""
+    return PlanningProblem(7, overtaking()[1].initial_state, GoalRegion([goal], {0: [1]}))
+
+
+def test_a_goal_that_is_a_lanelet_is_reached_in_the_other_lane(tmp_path: Path) -> None:
+    """The way changes lanes: both have the same direction."""
+    scenario = Scenario(0.1, ScenarioID.from_benchmark_id("ZAM_Slalom-3_1_T-1", "2020a"))
+    left, right = road(3.5, 0.0, 1), road(0.0, -3.5, 2)
+    left.adj_right, left.adj_right_same_direction = 2, True
+    right.adj_left, right.adj_left_same_direction = 1, True
+    scenario.add_objects([left, right])
+    lane = CustomState(time_step=Interval(60, 60), position=ShapeGroup([left.polygon]))
+    motion = judge(scenario, with_goal(lane), tmp_path, "PM")
+    assert motion.safe
+    assert motion.positions[-1, 1] > 0.0
+    assert motion.steps[-1] == 60
+
+
+def test_a_goal_without_a_position_is_a_time_to_drive(tmp_path: Path) -> None:
+    scenario, _ = overtaking()
+    motion = judge(scenario, with_goal(CustomState(time_step=Interval(30, 40))), tmp_path, "PM")
+    assert motion.safe
+    assert motion.steps[-1] == 30
+    assert motion.positions[-1, 0] > 20.0
+
+
+def test_regions_of_an_uncertain_vehicle_are_avoided(tmp_path: Path) -> None:
+    """A vehicle whose positions are known as regions only: the car touches none of its occupied regions."""
+    scenario, problem = overtaking("KS")
+    states = [
+        CustomState(
+            time_step=k,
+            position=Rectangle(2.0 + 0.02 * k, 0.6, np.array([40.0 + 0.2 * k, -1.9])),
+            orientation=AngleInterval(-0.02, 0.02),
+        )
+        for k in range(1, 121)
+    ]
+    first = InitialState(position=np.array([40.0, -1.9]), orientation=0.0, velocity=2.0, time_step=0)
+    path = TrajectoryPrediction(Trajectory(1, states), Rectangle(4.5, 1.8))
+    scenario.add_objects(DynamicObstacle(21, ObstacleType.CAR, Rectangle(4.5, 1.8), first, prediction=path))
+    motion = judge(scenario, problem, tmp_path, "PM")
+    assert motion.safe
+    uncertain = scenario.obstacle_by_id(21)
+    for step, position in zip(motion.steps.tolist(), motion.positions):
+        assert not area(uncertain.occupancy_at_time(int(step)).shape).contains(Point(position))
+
+
+def test_groups_and_regions_at_rest_are_obstacles() -> None:
+    """A static obstacle of two parts, and one of the environment, lie where commonroad-io says."""
+    scenario, _ = overtaking()
+    at = InitialState(position=np.array([60.0, 1.0]), orientation=0.5, velocity=0.0, time_step=0)
+    parts = ShapeGroup([Rectangle(2.0, 1.0, np.array([1.0, 0.0])), Circle(0.5, np.array([-2.0, 0.0]))])
+    scenario.add_objects(StaticObstacle(31, ObstacleType.CONSTRUCTION_ZONE, parts, at))
+    house = CommonRoadPolygon(np.array([(20.0, 5.0), (30.0, 5.0), (25.0, 9.0)]))
+    scenario.add_objects(EnvironmentObstacle(32, ObstacleType.BUILDING, house))
+    found = [o for table in surroundings(scenario) for o in table if o.name in ("31", "32")]
+    areas = union_all([Polygon(part.corners + o.trajectory.position(0.0)) for o in found for part in o.shape.parts])
+    wanted = union_all([area(scenario.obstacle_by_id(k).occupancy_at_time(0).shape) for k in (31, 32)])
+    assert areas.symmetric_difference(wanted).area < 1e-6
+
+
+def test_a_vehicle_without_a_prediction_is_refused() -> None:
+    scenario, problem = overtaking()
+    first = InitialState(position=np.array([60.0, 1.0]), orientation=0.0, velocity=5.0, time_step=0)
+    scenario.add_objects(DynamicObstacle(41, ObstacleType.CAR, Rectangle(4.5, 1.8), first))
+    with pytest.raises(InvalidInput, match="obstacle 41: expected a trajectory or occupied regions, found neither"):
+        solve(scenario, problem)
+
+
+@pytest.mark.parametrize("name", ["DEU_Gar-1_2_T-1", "USA_Lanker-1_16_T-1", "DEU_Muc-3_1_T-1", "RUS_Bicycle-3_2_T-1"])
+def test_problems_of_the_exercises(tmp_path: Path, name: str) -> None:
+    """Goals without a position, of lanelets, and of an area: read, solved and valid."""
+    file = SHARED.parent / "commonroad" / f"{name}.xml"
+    if not file.exists():
+        pytest.skip(f"{file} is not there: the scenarios of CommonRoad are not part of slalom")
+    scenario, problems = CommonRoadFileReader(str(file)).open()
+    (problem,) = problems.planning_problem_dict.values()
+    motion = judge(scenario, problem, tmp_path, "PM")
     assert motion.safe
     assert motion.reached

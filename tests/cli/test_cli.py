@@ -810,7 +810,7 @@ BAD = [
     ("show run.h5 --figure a.gif", r"--figure: expected a file that ends in .*, found 'a\.gif'"),
     ("convert run.h5 run.csv --gap 1", r"--gap: expected only with recorded tracks, found it with the run 'run\.h5'"),
     ("convert run.h5 run.csv --out-frame-rate 1", r"--out-frame-rate: expected only with recorded tracks, found it "),
-    ("convert run.h5 run.txt", r"TARGET: expected a file that ends in \.csv, \.parquet for a run; found 'run\.txt'"),
+    ("convert run.h5 run.txt", r"TARGET: expected a file that ends in .*, \.sqlite for a run; found 'run\.txt'"),
     ("export-scenario full", r"scenario: expected a \.yaml file or one of empty, .*; found 'full'"),
     ("export-scenario circle --set sight_noise=1", r"sight_noise: expected 0 in a file, found 1"),
     ("compare empty --shard 3/2 --store kept", r"shard: expected K/N with K from 1 to N, found '3/2'"),

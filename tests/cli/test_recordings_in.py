@@ -384,7 +384,7 @@ def test_a_run_can_be_run_again_among(say: Say) -> None:
 
 
 def test_obstacles_of_any_scenario_as_tracks() -> None:
-    """Round ones and rectangles with their sizes; others are left out, with a note; those that never exist, without."""
+    """Round ones and rectangles with their sizes; others at rest are walls; those that never exist are left out."""
     robot = Robot(Disc(0.5), Limits(2, 1), State((0, 0), (0, 0)), Goal(Stationary((30, 0)), 0.5))
     obstacles = (
         Obstacle(Disc(1.0), Circular((0, 30), 5.0, 2.0), "car"),
@@ -397,10 +397,8 @@ def test_obstacles_of_any_scenario_as_tracks() -> None:
     run = simulate(Scenario("test", (robot,), obstacles, duration=2.0), METHODS["nao"])
     tracks = as_tracks(run)
     assert list(tracks.agents) == ["12", "13", "14", "15", "X"]
-    assert tracks.notes == (
-        "ids: car is 13, agent 12 is 14, robot is 15",
-        "neither round nor a rectangle, left out: walls",
-    )
+    assert tracks.notes == ("ids: car is 13, agent 12 is 14, robot is 15",)
+    assert tracks.walls
     shown = {label: (a.radius, a.length, a.width, a.kind) for label, a in tracks.agents.items()}
     assert shown["12"] == (None, 4.5, 2.5, "")
     assert shown["13"] == (1.0, None, None, "")

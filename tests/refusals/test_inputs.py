@@ -100,7 +100,7 @@ from slalom import (
 from slalom.base import checks
 from slalom.base.extras import require
 from slalom.cli import console
-from slalom.io import table, table as polynomials
+from slalom.io import table as polynomials
 from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.pedestrians import read_cases, rows_of_queries
 from slalom.io.recorded import Agent, RecordedTracks
@@ -1548,20 +1548,6 @@ FILES: dict[str, Callable[[Path], object]] = {
     ),
     r"a\.csv: coefficients: expected pieces that meet, found a jump": reading(
         polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n1,0,0\n1,5,0\n"
-    ),
-    r"a\.csv:2:1: expected rows after the header, found none$": reading(table.read_tracks, "a.csv", "t,id,x,y"),
-    r"none\.csv: expected a readable CSV file, found no such file": lambda folder: table.read_tracks(
-        folder / "none.csv"
-    ),
-    r"a\.csv:1:1: expected a header t,id,x,y\[,z\], found 'time,x'": reading(table.read_tracks, "a.csv", "time,x\n"),
-    r"a\.csv:3:5: expected a number, found 'left'": reading(
-        table.read_tracks, "a.csv", ROW.replace("1,1,1", "1,1,left")
-    ),
-    r"a\.csv:2:5: expected a finite number, found 'nan'": reading(
-        table.read_tracks, "a.csv", ROW.replace("0,1,0,0", "0,1,nan,0")
-    ),
-    r"a\.csv:4:1: expected at least two rows of agent 7, found one": reading(
-        table.read_tracks, "a.csv", ROW + "0,7,0,0\n"
     ),
     r"lone\.json: expected the other tables of nuScenes beside it, found no sample\.json, .*": lambda folder: (
         (folder / "alone").mkdir(exist_ok=True),

@@ -23,7 +23,7 @@ from slalom.base.errors import MESSAGE_LINE
 from slalom.cli import call
 from slalom.io.formats import read_recording
 from slalom.io.pedestrians import read_cases
-from slalom.io.table import read_polynomials, read_tracks
+from slalom.io.table import read_polynomials
 from slalom.sim import Recording
 from slalom.sim.files.recorded_traffic import crossing, read_recorded
 from slalom.sim.files.scenario_yaml import read_scenario, read_scenarios
@@ -91,7 +91,6 @@ KINDS = {
         text("case,agent,x,y,goal_x,goal_y,pref_speed,radius\n0,0,-3,0,3,0,1,0.3\n0,1,3,0,-3,0,1,0.3\n"),
         (read_cases,),
     ),
-    "tracks": Good("a.csv", text("t,id,x,y\n0,1,0,0\n1,1,1,0\n2,1,2,0\n0,2,5,5\n1,2,5,4\n"), (read_tracks,)),
     **{
         suffix: Good(f"a.{suffix}", text(content), (partial(read_walls, unit=1.0),))
         for suffix, content in (

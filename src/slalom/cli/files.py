@@ -1,5 +1,6 @@
 """`slalom convert` and `slalom explain`."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from slalom.cli.console import (
 )
 from slalom.cli.options import Look, Reading, drawable, given_options, refuse_without
 from slalom.cli.report import counted, formatted
-from slalom.cli.running import DEFAULT_METHOD, RUNS, method_name, print_notes
+from slalom.cli.running import DEFAULT_METHOD, RUNS, method_name, print_notes, without_walls, write_run
 
 if TYPE_CHECKING:
     from slalom.decision import Decision
@@ -37,12 +38,14 @@ def convert(
     /,
     *,
     out_frame_rate: float | None = None,
+    per_agent: Flag = False,
     reading: Reading | None = None,
     json: Flag = False,
 ) -> int:
-    """Read a recording of any format and write it as .csv, .ndjson (TrajNet++) or .sqlite (JuPedSim).
+    """Read a recording of any format and write it as .csv, .ndjson (TrajNet++) or .sqlite (JuPedSim, with walls).
 
-    A run (.h5) is written as a tidy table, .csv or .parquet: one row for each time and robot.
+    A run (.h5) is written as a tidy table, .csv or .parquet, one row for each time and robot; or as tracks of robots
+    and obstacles, .ndjson or .sqlite.
 
     Notes on repaired and omitted rows are printed on stderr.
 
@@ -54,6 +57,8 @@ def convert(
         File to write, also if it exists; its suffix selects the format.
     out_frame_rate
         Frame rate [Hz] of a format with frame numbers; by default from the median time between two rows of an agent.
+    per_agent
+        Write a table (.csv) with a row for each agent: start, arrival, path length, delay and least clearance.
     json
         Print one JSON object.
     """
@@ -64,12 +69,11 @@ def convert(
     from slalom.sim.measure.export_tracks import with_numeric_ids
 
     source = Path(resolved(str(source)))
+    if per_agent:
+        return _convert_agents(source, target, out_frame_rate, reading or Reading(), json)
     if source.suffix in RUNS:
         return _convert_run(source, target, out_frame_rate, reading, json)
-    if target.suffix not in format_of_suffix():
-        raise InvalidInput(
-            f"TARGET: expected a file that ends in {', '.join(format_of_suffix())}; found {str(target)!r}"
-        )
+    _refuse_suffix(target, format_of_suffix())
     refuse_source(source, target)
     name, read = format_of_suffix()[target.suffix], reading or Reading()
     framed = "frame_rate" in writer_settings(name)
@@ -77,14 +81,12 @@ def convert(
         raise InvalidInput(f"--out-frame-rate: expected only with a format with frame numbers, found it with {name}")
     tracks = _selected(source, read)
     writable(target)
-    if out_frame_rate is not None:
-        positive(out_frame_rate, "--out-frame-rate")
     steps = np.concatenate([np.diff(agent.trajectory.times) for agent in tracks.agents.values()])
-    rate = round(1.0 / float(np.median(steps)), 4) if out_frame_rate is None else out_frame_rate
-    if framed:
-        tracks = with_numeric_ids(tracks)
+    usual = round(1.0 / float(np.median(steps)), 4)
+    rate = usual if out_frame_rate is None else positive(out_frame_rate, "--out-frame-rate")
+    tracks = with_numeric_ids(tracks) if framed else tracks
     write_recording(target, tracks, name, **({"frame_rate": rate} if framed else {}))
-    walls = [f"{len(tracks.walls)} walls left out: {name} has none"] if tracks.walls else []
+    walls = without_walls(tracks, name)
     for note in (tracks.summary(), *tracks.notes, *walls):
         print_message(f"{source}: {note}")
     result = {
@@ -97,8 +99,8 @@ def convert(
         "notes": [*tracks.notes, *walls],
         "summary": tracks.summary(),
     }
-    count = counted(len(tracks.agents), "agent")
-    print_result(result, json, lambda: f"{source} ({tracks.format}), {count} -> {target} ({name})")
+    text = f"{source} ({tracks.format}), {counted(len(tracks.agents), 'agent')} -> {target} ({name})"
+    print_result(result, json, lambda: text)
     return DONE
 
 
@@ -113,22 +115,61 @@ def _selected(source: Path, reading: Reading) -> "RecordedTracks":
     return tracks
 
 
-def _convert_run(source: Path, target: Path, rate: float | None, reading: Reading | None, json: bool) -> int:
-    """Write a run as a tidy table; return the exit code."""
+def _convert_agents(source: Path, target: Path, rate: float | None, reading: Reading, json: bool) -> int:
+    """Write a row for each agent of a run or a recording; return the exit code."""
+    from slalom.io.formats import FORMATS
     from slalom.sim import Recording
-    from slalom.sim.measure.tidy_table import WRITERS, write_table
+    from slalom.sim.files.recorded_traffic import radii_of
+    from slalom.sim.measure.agent_table import rows_of_run, rows_of_tracks, write_agents
 
+    is_run = source.suffix in RUNS
+    _refuse_options(source, reading if is_run else None, rate)
+    _refuse_suffix(target, [".csv"], " with --per-agent")
+    refuse_source(source, target)
+    notes = list[str]()
+    if is_run:
+        rows = rows_of_run(Recording.load(source))
+    else:
+        tracks = _selected(source, reading)
+        radii, assumed = radii_of(tracks.agents, FORMATS[tracks.format].agents, None)
+        rows, notes = rows_of_tracks(tracks, radii), [tracks.summary(), *tracks.notes, *assumed]
+    writable(target)
+    write_agents(rows, target)
+    for note in notes:
+        print_message(f"{source}: {note}")
+    result = {"source": str(source), "target": str(target), "agents": [row._asdict() for row in rows], "notes": notes}
+    print_result(result, json, lambda: f"{source}, {counted(len(rows), 'agent')} -> {target}")
+    return DONE
+
+
+def _refuse_suffix(target: Path, suffixes: Iterable[str], where: str = "") -> None:
+    """Raise InvalidInput for a file to write with another suffix."""
+    if target.suffix not in suffixes:
+        raise InvalidInput(f"TARGET: expected a file that ends in {', '.join(suffixes)}{where}; found {str(target)!r}")
+
+
+def _refuse_options(source: Path, reading: Reading | None, rate: float | None) -> None:
+    """Raise InvalidInput for options of recordings with a run, and for a frame rate of a file without frames."""
     options = [*given_options(reading), *(["out-frame-rate"] if rate is not None else [])]
     if options:
         raise InvalidInput(f"--{options[0]}: expected only with recorded tracks, found it with the run {str(source)!r}")
-    if target.suffix not in WRITERS:
-        raise InvalidInput(
-            f"TARGET: expected a file that ends in {', '.join(WRITERS)} for a run; found {str(target)!r}"
-        )
+
+
+def _convert_run(source: Path, target: Path, rate: float | None, reading: Reading | None, json: bool) -> int:
+    """Write a run as a tidy table or as tracks; return the exit code."""
+    from slalom.io.formats import format_of_suffix
+    from slalom.sim import Recording
+    from slalom.sim.measure.tidy_table import WRITERS, write_table
+
+    _refuse_options(source, reading, rate)
+    _refuse_suffix(target, dict.fromkeys((*WRITERS, *format_of_suffix())), " for a run")
     recording = Recording.load(source)
     writable(target)
-    write_table(recording, target)
     robots, rows = recording.positions.shape[1], recording.times.size * recording.positions.shape[1]
+    if target.suffix in WRITERS:
+        write_table(recording, target)
+    else:
+        write_run(recording, target)
     result = {"source": str(source), "target": str(target), "robots": robots, "rows": rows}
     text = f"{source} (run), {counted(robots, 'robot')} -> {target}, {rows} rows"
     print_result(result, json, lambda: text)

@@ -37,10 +37,11 @@ from slalom.cli.options import (
     refuse_without,
     scenario_of,
 )
-from slalom.cli.report import run_text
+from slalom.cli.report import counted, run_text
 
 if TYPE_CHECKING:
     from slalom.decision.methods import Method
+    from slalom.io.recorded import RecordedTracks
     from slalom.peers import Peer
     from slalom.sim import Recording, Scenario
 
@@ -190,7 +191,7 @@ def _run(
     result = summary(recording)
     print_notes(ends_before(loaded, float(recording.times[-1])))
     if out is not None:
-        _write(recording, out)
+        write_run(recording, out)
     drawn.draw(recording, loaded, name)
     print_result(result, json, lambda: run_text(recording, result))
     return DONE if result["arrived"] == result["robots"] and not result["collisions"] else FAILED
@@ -258,7 +259,7 @@ def _output_format(out: Path | None, dimension: int) -> str:
     return name
 
 
-def _write(recording: "Recording", out: Path) -> None:
+def write_run(recording: "Recording", out: Path) -> None:
     """Write the run to a file; print notes on omitted and renamed agents."""
     name = _output_format(out, recording.dimension)
     if not name:
@@ -271,7 +272,13 @@ def _write(recording: "Recording", out: Path) -> None:
     settings = {"frame_rate": 1.0 / recording.dt} if writer_settings(name) else {}
     tracks = as_tracks(recording, frames=bool(settings))
     write_recording(out, tracks, name, **settings)
-    print_notes([f"{out}: {note}" for note in tracks.notes])
+    print_notes([f"{out}: {note}" for note in (*tracks.notes, *without_walls(tracks, name))])
+
+
+def without_walls(tracks: "RecordedTracks", name: str) -> list[str]:
+    """Return a note if a format cannot hold the walls of tracks."""
+    held = name == "jupedsim" or not tracks.walls
+    return [] if held else [f"{counted(len(tracks.walls), 'wall')} left out: {name} has none"]
 
 
 # ---------------------------------------------------------------------------------------------------------------------

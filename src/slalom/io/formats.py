@@ -7,7 +7,7 @@ import json
 import re
 import sqlite3
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import shapely
 
 from slalom.base.checks import Array, known, positive
 from slalom.base.errors import InvalidFile, InvalidInput, reason
@@ -43,6 +44,9 @@ Larger: times are changed by up to this when written. Smaller: rounding refuses 
 
 MARGIN: Final = 1.0
 """[m] Margin of the walkable area of a database around the bounding box of all positions."""
+
+WALL: Final = 0.01
+"""[m] Half the thickness of walls in the walkable area. Larger: doors are narrower. Smaller: others lose them."""
 
 TABLES: Final = (
     "CREATE TABLE trajectory_data (frame INTEGER NOT NULL, id INTEGER NOT NULL, pos_x REAL NOT NULL, "
@@ -83,8 +87,9 @@ def write_jupedsim(path: Path | str, tracks: RecordedTracks, *, frame_rate: floa
     """Write a JuPedSim SQLite database, version 2, as read by PedPy and JuPedSim.
 
     The orientation is the direction of the velocity; while an agent rests, the last direction before or, at the start,
-    the first one after. The walkable area, which the format requires, is the bounding box of all positions with a
-    margin of MARGIN. The format has no extents and kinds.
+    the first one after. The walkable area, which the format requires, is the bounding box of all positions and walls
+    with a margin of MARGIN, without the walls: of its parts the one with most positions. The format has no extents and
+    kinds.
 
     Args:
         frame_rate: [Hz] of the frame numbers.
@@ -100,11 +105,13 @@ def write_jupedsim(path: Path | str, tracks: RecordedTracks, *, frame_rate: floa
         for frame, position, direction in zip(frames.tolist(), agent.positions.tolist(), _directions(agent).tolist())
     ]
     points = np.concatenate([agent.positions for agent, _ in agents.values()])
-    (xmin, ymin), (xmax, ymax) = (points.min(axis=0) - MARGIN).tolist(), (points.max(axis=0) + MARGIN).tolist()
-    corners = [(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax), (xmin, ymin)]
-    wkt = f"POLYGON (({', '.join(f'{x!r} {y!r}' for x, y in corners)}))"
+    area = _walkable(points, tracks.walls)
+    rings = (ring.coords for ring in (area.exterior, *area.interiors))
+    texts = [", ".join(f"{x!r} {y!r}" for x, y in ring) for ring in rings]
+    wkt = f"POLYGON ({', '.join(f'({text})' for text in texts)})"
+    xmin, ymin, xmax, ymax = area.bounds
     metadata = {"version": 2, "fps": float(frame_rate), "xmin": xmin, "xmax": xmax, "ymin": ymin, "ymax": ymax}
-    metadata |= {"geometry": BOUNDING_BOX}
+    metadata |= {} if tracks.walls else {"geometry": BOUNDING_BOX}
     all_frames = range(min(0, min(row[0] for row in rows)), max(row[0] for row in rows) + 1)
     with _writing(path):
         Path(path).unlink(missing_ok=True)
@@ -118,6 +125,18 @@ def write_jupedsim(path: Path | str, tracks: RecordedTracks, *, frame_rate: floa
                 "INSERT INTO frame_data VALUES (?, ?)", [(frame, geometry_hash) for frame in all_frames]
             )
             database.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, ?, ?)", sorted(rows))
+
+
+def _walkable(points: Array, walls: Sequence[Array]) -> Any:
+    """Return the walkable area, a polygon of shapely, about positions (n, 2) [m] between walls."""
+    xmin, ymin = (np.concatenate([points, *walls]).min(axis=0) - MARGIN).tolist()
+    xmax, ymax = (np.concatenate([points, *walls]).max(axis=0) + MARGIN).tolist()
+    box = shapely.Polygon([(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax)])
+    if not walls:
+        return box
+    solid = [shapely.LineString(wall).buffer(WALL, join_style="mitre") for wall in walls]
+    parts = shapely.get_parts(box.difference(shapely.union_all(solid)))
+    return max(parts, key=lambda part: int(np.sum(shapely.contains_xy(part, points))))
 
 
 def write_trajnet(path: Path | str, tracks: RecordedTracks, *, frame_rate: float) -> None:

@@ -1,4 +1,4 @@
-"""Tables of cells by column name with the line of each row, and readers of tracks and of polynomials."""
+"""Tables of cells by column name with the line of each row, files that slalom brings, and a reader of polynomials."""
 
 import codecs
 import csv
@@ -16,9 +16,9 @@ import numpy.typing as npt
 from slalom.base.checks import SHOWN, Array, shown
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
 from slalom.base.tolerances import LARGEST
-from slalom.io.recorded import LINE_LOCATION, Mistake, Rows, first_of, refuse
+from slalom.io.recorded import LINE_LOCATION, Mistake, Rows, refuse
 from slalom.kernels.arrays import Indices
-from slalom.model.trajectory import PiecewisePolynomial, Sampled
+from slalom.model.trajectory import PiecewisePolynomial
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Input files: regular files of bounded size, whose whole text is read at once.
@@ -302,12 +302,7 @@ def _label(text: str) -> str:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Readers of recorded tracks: CSV with a header `t,id,x,y[,z]`, one row per agent and frame, SI units.
-#
-# `read_tracks` is strict: it repairs nothing. `formats.read_recording` reads the same format, and repairs.
-
-
-COLUMNS = ("t", "id", "x", "y")
+# Files that slalom brings.
 
 
 SAMPLES: Final[Mapping[str, str]] = {
@@ -327,93 +322,6 @@ SAMPLES: Final[Mapping[str, str]] = {
 def sample_data(name: str) -> Path:
     """Return the path of a data file of slalom."""
     return Path(str(files("slalom") / "data" / name))
-
-
-def read_tracks(path: Path | str, *, interpolation: str = "smooth") -> dict[int, Sampled]:
-    """Read the trajectory of every agent of a CSV file, by id in increasing order.
-
-    Rows may be in any order. Columns after x, y (and z) are ignored.
-
-    Raises:
-        InvalidFile: no such file, an invalid header or cell, an agent with a single row, two rows of one agent at the
-            same time. Every mistake is reported with its line.
-    """
-    path = Path(path)
-    lines = text_of(path, "CSV file").splitlines()
-    header = [name.strip() for name in lines[0].split(",")] if lines else []
-    if tuple(header[:4]) != COLUMNS:
-        raise InvalidFile([f"{path}:1:1: expected a header t,id,x,y[,z], found {lines[0] if lines else 'nothing'!r}"])
-    width = 5 if header[4:5] == ["z"] else 4
-    # Blank lines are skipped but counted: `numbers` holds the line number of each row.
-    numbers = np.array([k for k, line in enumerate(lines[1:], start=2) if line.strip()], dtype=np.int64)
-    if not numbers.size:
-        raise InvalidFile([f"{path}:2:1: expected rows after the header, found none"])
-    rows = [lines[k - 1] for k in numbers]
-    try:
-        table = np.loadtxt(rows, delimiter=",", usecols=range(width), ndmin=2, dtype=np.float64, comments=None)
-    except ValueError:
-        table = np.full((len(rows), width), np.nan)
-    wrong = ~np.isfinite(table).all(axis=1) | (table[:, 1] != np.round(table[:, 1]))
-    if np.any(wrong) or any("_" in row for row in rows):
-        mistakes = _bad_cells(path, lines, numbers, width)
-        if mistakes:
-            raise InvalidFile(first_of(path, mistakes))
-    return _by_agent(path, table, numbers, interpolation)
-
-
-def _bad_cells(path: Path, lines: list[str], numbers: Indices, width: int) -> list[str]:
-    """Return one message for each cell that is not a number."""
-    mistakes = []
-    for number in numbers:
-        cells = lines[number - 1].split(",")
-        if len(cells) < width:
-            mistakes.append(f"{path}:{number}:1: expected at least {width} columns, found {len(cells)}")
-            continue
-        for cell, text in enumerate(cells[:width]):
-            column = 1 + sum(len(before) + 1 for before in cells[:cell])
-            value = _number_or_none(text)
-            if value is None:
-                mistakes.append(f"{path}:{number}:{column}: expected a number, found {text!r}")
-            elif not np.isfinite(value):
-                mistakes.append(f"{path}:{number}:{column}: expected a finite number, found {text!r}")
-            elif cell == 1 and value != round(value):
-                mistakes.append(f"{path}:{number}:{column}: expected a whole number, found {text!r}")
-    return mistakes
-
-
-def _number_or_none(text: str) -> float | None:
-    """Return the number in a cell, None if it holds none; 1_000 is a number in Python, not in a file."""
-    try:
-        return None if "_" in text else float(text)
-    except ValueError:
-        return None
-
-
-def _by_agent(path: Path, table: Array, numbers: Indices, interpolation: str) -> dict[int, Sampled]:
-    order = np.lexsort((table[:, 0], table[:, 1]))
-    table = table[order]
-    starts = np.flatnonzero(np.diff(table[:, 1], prepend=np.nan) != 0)
-    tracks, mistakes = {}, []
-    for start, end in zip(starts, [*starts[1:], len(table)]):
-        agent, rows = int(table[start, 1]), table[start:end]
-        repeated = np.flatnonzero(np.diff(rows[:, 0]) == 0)
-        if len(rows) < 2:
-            mistakes.append(f"{path}:{numbers[order[start]]}:1: expected at least two rows of agent {agent}, found one")
-        elif repeated.size:
-            line = numbers[order[start + repeated[0] + 1]]
-            mistakes.append(
-                f"{path}:{line}:1: expected one row of agent {agent} at {rows[repeated[0], 0]:g} s, found two"
-            )
-        else:
-            tracks[agent] = Sampled(rows[:, 0], rows[:, 2:], interpolation)
-    if mistakes:
-        raise InvalidFile(first_of(path, mistakes))
-    return tracks
-
-
-def window(tracks: Iterable[Sampled], start: float, end: float) -> list[Sampled]:
-    """Return the tracks that exist at some time between start and end [s]."""
-    return [track for track in tracks if track.span[0] < end and track.span[1] > start]
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -70,7 +70,7 @@ def read_recorded(path: Path | str, selection: AgentSelection | None = None, **r
     tracks = read_recording(path, **reading)
     spans = np.array([agent.trajectory.span for agent in tracks.agents.values()])
     agents = chosen(tracks, selection, path.name).agents
-    radii, notes = _radii(agents, FORMATS[tracks.format].agents, selection.radius)
+    radii, notes = radii_of(agents, FORMATS[tracks.format].agents, selection.radius)
     d = next(iter(tracks.agents.values())).trajectory.dimension
     obstacles = [Obstacle(round_shape(radii[k], d), agent.trajectory, f"agent {k}") for k, agent in agents.items()]
     if tracks.walls:
@@ -100,7 +100,7 @@ def chosen(tracks: RecordedTracks, selection: AgentSelection, name: str) -> Reco
     return replace(tracks, agents={label: agent for label, agent in tracks.agents.items() if label in kept})
 
 
-def _radii(agents: Mapping[str, Agent], kind: str, given: float | None) -> tuple[dict[str, float], list[str]]:
+def radii_of(agents: Mapping[str, Agent], kind: str, given: float | None) -> tuple[dict[str, float], list[str]]:
     """Return the radius of each agent [m] and notes on assumptions; `kind` is the kind of agents of the format."""
     radii: dict[str, float] = {}
     assumed: dict[tuple[str, float], list[str]] = {}

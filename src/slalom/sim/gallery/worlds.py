@@ -10,7 +10,8 @@ import numpy as np
 from slalom.base.checks import Array, flag, not_negative, positive, whole
 from slalom.base.errors import InvalidInput
 from slalom.base.extras import Extra
-from slalom.io.table import read_tracks, sample_data
+from slalom.io.formats import read_recording
+from slalom.io.table import sample_data
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.shape import Ball, Disc, Polygon, Polyline, Union
@@ -207,8 +208,8 @@ def blind_corner(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
 
 def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     """Build a recorded roundabout: 30 cars, which yield to each other but not to the robot."""
-    tracks = read_tracks(sample_data("roundabout_ring_11.csv"))
-    cars = tuple(Obstacle(Disc(2.4), track, f"car {agent}") for agent, track in tracks.items())
+    agents = read_recording(sample_data("roundabout_ring_11.csv")).agents
+    cars = tuple(Obstacle(Disc(2.4), agent.trajectory, f"car {label}") for label, agent in agents.items())
     angle = rng.uniform(0.0, 2.0 * np.pi) if flag(p["random"], "random") else 0.0
     start_position = 58.0 * np.array([np.cos(angle), np.sin(angle)])
     robot = Robot(

@@ -6,11 +6,15 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
+import shapely
 
+from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.io.recorded import MAX_LISTED, Agent, RecordedTracks, tracks_at
 from slalom.model.shape import Ball, Disc, Rectangle, Shape
 from slalom.model.trajectory import Sampled, Trajectory
+from slalom.obstacle import Obstacle
+from slalom.obstacle.pieces import outline_parts
 from slalom.sim.measure.closest_approach import last_step
 from slalom.sim.measure.recording import Recording
 
@@ -35,18 +39,19 @@ def as_tracks(recording: Recording, *, frames: bool = False) -> RecordedTracks:
 
     Times are those of the run; with `frames` they start at 0. A recorded agent keeps its id, which must be a whole
     number with `frames`. All others, the robots last, get the numbers after the largest id. Obstacles that are neither
-    round nor rectangles are left out. Notes list both.
+    round nor rectangles are walls if they are at rest in the plane, else they are left out. Notes list both.
 
     Raises:
         InvalidInput: a run without a step.
     """
     if not len(recording.accelerations):
         raise InvalidInput("run: expected at least one step to write, found a robot that starts at its goal")
-    present = [
-        _Body(o.name, o.shape, o.trajectory, "") for o in recording.obstacles if _exists_during(o.trajectory, recording)
-    ]
+    existing = [o for o in recording.obstacles if _exists_during(o.trajectory, recording)]
+    present = [_Body(o.name, o.shape, o.trajectory, "") for o in existing]
     bodies = [body for body in present if _extents(body.shape) is not None]
-    left_out = [body.name for body in present if _extents(body.shape) is None]
+    others = [o for o, body in zip(existing, present) if _extents(body.shape) is None]
+    walls = [ring for o in others if o.at_rest and recording.dimension == 2 for ring in _outlines(o)]
+    left_out = [o.name for o in others if not o.at_rest or recording.dimension == 3]
     for k, shape in enumerate(recording.shapes):
         steps = slice(0, last_step(recording, k) + 1)
         motion = Sampled(recording.times[steps], recording.positions[steps, k])
@@ -58,7 +63,18 @@ def as_tracks(recording: Recording, *, frames: bool = False) -> RecordedTracks:
     agents = {label: _agent(by_label[label], agent.trajectory, first) for label, agent in found.agents.items()}
     if left_out:
         notes.append(f"neither round nor a rectangle, left out: {', '.join(left_out)}")
-    return RecordedTracks(agents, (*notes, *found.notes, *(_lost_properties(agents.values()) if frames else ())))
+    lost = _lost_properties(agents.values()) if frames else ()
+    return RecordedTracks(agents, (*notes, *found.notes, *lost), walls=tuple(walls))
+
+
+def _outlines(obstacle: Obstacle) -> list[Array]:
+    """Return the outlines (n, 2) [m] of the parts of an obstacle at rest."""
+    found = []
+    for corners, radius in outline_parts(obstacle, 0.0):
+        line = shapely.LineString(corners) if len(corners) == 2 else shapely.LinearRing(corners)
+        grown = line if radius == 0.0 else shapely.MultiPoint(corners).convex_hull.buffer(radius).exterior
+        found.append(shapely.get_coordinates(grown))
+    return found
 
 
 def _exists_during(motion: Trajectory, recording: Recording) -> bool:
