@@ -9,9 +9,9 @@ with Extra("gym", __name__):
     import gymnasium
 
     from slalom.adapters.gym.environments import FleetEnv, RobotEnv, RobotsEnv
-    from slalom.adapters.gym.filters import SafetyFilter, VectorSafetyFilter
+    from slalom.adapters.gym.filters import FleetSafetyFilter, SafetyFilter, VectorSafetyFilter
 
-__all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
+__all__ = ["SINGLE", "FleetEnv", "FleetSafetyFilter", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
 
 SINGLE = (
     *("empty", "head_on", "curved_road", "roundabout_crossing", "roundabout_exit", "merging", "drones_crossing"),
