@@ -352,10 +352,11 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
     def step(self, action: Array) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
         """Follow the nearest certified action for one period."""
         worlds = self._robot.worlds
-        given = array_of(action, "action", (worlds.dimension,))
+        given = array_of(action, "action", worlds.action_shape)
         wanted = worlds.accelerations(given[None, None])[0, 0]
         made = self._certifiers.certified(wanted[None], np.ones(1, np.bool_))
-        observation, reward, ended, late, info = self.env.step(worlds.actions(made.applied[:, None])[0, 0])
+        worlds.certified = made.applied[:, None]
+        observation, reward, ended, late, info = self.env.step(action)
         about = {"intervened": bool(made.intervened[0]), "wanted": made.wanted[0], "applied": made.applied[0]}
         named = {"filter": str(made.filter[0]), "certified": bool(made.certified[0])}
         return observation, reward, ended, late, {**info, **about, **named}
@@ -401,11 +402,12 @@ class VectorSafetyFilter(VectorWrapper):
     def step(self, actions: Array) -> tuple[Observations, Array, Flags, Flags, dict[str, Any]]:
         """Follow the nearest certified actions for one period."""
         worlds = self._robots.worlds
-        given = array_of(actions, "actions", (self._robots.num_envs, worlds.dimension))
+        given = array_of(actions, "actions", (self._robots.num_envs, *worlds.action_shape))
         wanted = worlds.accelerations(given[:, None])[:, 0]
         running = worlds.acting[:, 0].copy()
         made = self._certifiers.certified(wanted, running)
-        observations, rewards, ended, late, info = self.env.step(worlds.actions(made.applied[:, None])[:, 0])
+        worlds.certified = made.applied[:, None]
+        observations, rewards, ended, late, info = self.env.step(actions)
         for w in np.flatnonzero(~running).tolist():
             self._certifiers.begin(w)
         about = made._asdict()
@@ -447,19 +449,18 @@ class FleetSafetyFilter(BaseParallelWrapper):  # type: ignore[misc]  # PettingZo
         """Follow the nearest certified actions for one period."""
         worlds, agents = self._fleet.worlds, list(self._fleet.agents)
         mapping(actions, "actions by names of agents", "actions")
-        given = np.zeros(worlds.position.shape)
+        given = np.zeros((*worlds.acting.shape, *worlds.action_shape))
         rows = {name: self._fleet.possible_agents.index(name) for name in agents}
         for name, r in rows.items():
             if name in actions:
-                given[0, r] = array_of(actions[name], f"actions[{name!r}]", (worlds.dimension,))
+                given[0, r] = array_of(actions[name], f"actions[{name!r}]", worlds.action_shape)
         wanted = worlds.accelerations(given)[0]
         applied = np.zeros_like(wanted)
         for r in rows.values():
             applied[r] = self._certified(r, wanted[r])
-        chosen = worlds.actions(applied[None])[0]
         changed = differs(applied, wanted, worlds.robots.max_acceleration[0])
-        sent = {name: chosen[rows[name]] if name in rows else action for name, action in actions.items()}
-        observations, rewards, ended, late, infos = self.env.step(sent)
+        worlds.certified = applied[None]
+        observations, rewards, ended, late, infos = self.env.step(actions)
         for name, r in rows.items():
             outcome = self._decisions[r].outcome
             infos[name] |= {"intervened": bool(changed[r]), "wanted": wanted[r], "applied": applied[r]}

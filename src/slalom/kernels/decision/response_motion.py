@@ -57,6 +57,28 @@ def relative_table(
 
 
 @kernel
+def rows_in_reach(
+    i: int, r: int, preferred: Array, within: float, rows: ObstaclePieces, tables: DecisionTables, near: Indices
+) -> int:
+    """The number of the rows of `pieces_in_reach`, which go into `near` (n,).
+
+    A kernel of its own, since it returns no array: a reference to a row would cost as much as its test.
+    """
+    centers = np.empty((RESPONSE_WINDOWS, 3))
+    radii = np.empty(RESPONSE_WINDOWS)
+    times = rows.pieces.times
+    count = 0
+    horizon = tables.settings.horizon
+    response_balls(tables.robots.each[i], r, preferred, within, tables.responses, centers, radii)
+    for s in range(len(times)):
+        known = rows.balls[s, 3] < np.inf
+        if not known or meets_balls(rows.balls[s], 0.0, times[s, 0], times[s, 1], horizon, centers, radii):
+            near[count] = s
+            count += 1
+    return count
+
+
+@kernel
 def pieces_in_reach(
     i: int, r: int, preferred: Array, within: float, rows: ObstaclePieces, tables: DecisionTables
 ) -> ObstaclePieces:
@@ -65,19 +87,9 @@ def pieces_in_reach(
     Bodies of robots stay. A row on which no such control can collide changes no choice.
     """
     pieces = rows.pieces
-    horizon = tables.settings.horizon
     d = rows.pieces.points.shape[2]
-    centers = np.empty((RESPONSE_WINDOWS, 3))
-    radii = np.empty(RESPONSE_WINDOWS)
     near = np.empty(len(pieces.body), np.int64)
-    count = 0
-    times = pieces.times
-    response_balls(tables.robots.each[i], r, preferred, within, tables.responses, centers, radii)
-    for s in range(len(pieces.body)):
-        known = rows.balls[s, 3] < np.inf
-        if not known or meets_balls(rows.balls[s], 0.0, times[s, 0], times[s, 1], horizon, centers, radii):
-            near[count] = s
-            count += 1
+    count = rows_in_reach(i, r, preferred, within, rows, tables, near)
     if count == len(pieces.body):
         return rows
     turning = len(pieces.turns) > 0
