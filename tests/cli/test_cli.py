@@ -983,8 +983,7 @@ def test_compile_says_what_it_has_done(say: Say) -> None:
     said = say("compile", "everything")
     assert said.code == 2
     assert (
-        said.err
-        == "uses: expected one of robot, polygons, fleets, space, vehicles, ahead, crowd, "
+        said.err == "uses: expected one of robot, polygons, fleets, space, vehicles, ahead, crowd, "
         "learners, figures; found 'everything'\n"
     )
 

@@ -205,7 +205,10 @@ def reproduce(
 
 
 def compile_(
-    *uses: Annotated[str, Parameter(help="robot, polygons, fleets, space, vehicles, ahead, crowd, learners, figures; all by default.")],
+    *uses: Annotated[
+        str,
+        Parameter(help="robot, polygons, fleets, space, vehicles, ahead, crowd, learners, figures; all by default."),
+    ],
     jobs: Annotated[Whole | None, Parameter(help="Number of processes; by default one for each core.")] = None,
 ) -> None:
     """Compile all kernels, once after an installation; decisions after it compile nothing.

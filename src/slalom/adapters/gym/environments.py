@@ -12,7 +12,17 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from pettingzoo import ParallelEnv
 
-from slalom.adapters.gym.worlds import ARRIVED, COLLISION, DIRECTIONS, OUTCOMES, RUNNING, TIME, Motion, Transition, Worlds
+from slalom.adapters.gym.worlds import (
+    ARRIVED,
+    COLLISION,
+    DIRECTIONS,
+    OUTCOMES,
+    RUNNING,
+    TIME,
+    Motion,
+    Transition,
+    Worlds,
+)
 from slalom.base.checks import Array, array_of, did_you_mean, has, known, listing, mapping, whole
 from slalom.base.errors import InvalidInput
 from slalom.kernels.arrays import Flags

@@ -15,12 +15,12 @@ from slalom.adapters.gym.worlds import Worlds
 from slalom.base.checks import METHOD, Array, array_of, has, mapping
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision import Decision, Outcome
+from slalom.decision import Decision
 from slalom.decision.methods import Method, method as method_named
 from slalom.decision.navigator import CONTINUING, FALL_BACK, OUTCOMES, Navigator
 from slalom.decision.objective import FollowAcceleration
-from slalom.decision.policy_tables import OwnTable, PolicyTables, Request
-from slalom.decision.tables import commit_to, committed_path, robot_row, robot_table
+from slalom.decision.policy_tables import PolicyTables, Request
+from slalom.decision.tables import commit_to, committed_path, robot_table
 from slalom.fleet.rounds import map_in_threads
 from slalom.kernels.arrays import Flags, Indices
 from slalom.kernels.decision.tables import DecisionTables, Paths, RobotTable
@@ -57,7 +57,7 @@ class Rules(NamedTuple):
     horizon: float | None
 
     def navigator(self, scenario: Scenario, period: float, robot: int = 0) -> Navigator:
-        """The navigator that filters the actions of a robot. Raises InvalidInput for settings that it does not accept."""
+        """The navigator that filters the actions of a robot. Raises InvalidInput for settings that it refuses."""
         usual = scenario.navigator(self.method, robot)
         return replace(
             usual,
@@ -122,11 +122,11 @@ class Certifiers:
         self._rows, self._pieces = robot_table(0, 1, 1), 0
         self._tables: list[DecisionTables | None] = [None] * n
         self._memory, self._places = np.empty((n, 0), np.uint8), np.zeros(n, np.int64)
-        # From when on [s] the tables of a world must be made anew; whether the clock of its pieces is that of the world.
+        # When [s] the tables of a world must be made anew; whether the clock of its pieces is that of the world.
         self._until, self._absolute = np.full(n, -np.inf), np.zeros(n, np.bool_)
         self._start = np.zeros(n)
         self._since, self._state = np.full(n, np.nan), np.zeros((n, 2, d))
-        # Of the navigator alone: its last manoeuvre, as long as the robot is committed to it, and its decision just now.
+        # Of the navigator alone: its last manoeuvre, while the robot is committed to it, and its decision just now.
         self._given: list[Manoeuvre | None] = [None] * n
         self._decided: dict[int, Decision] = {}
         self._of = [self._scene(w) for w in range(n)]
@@ -137,7 +137,8 @@ class Certifiers:
         """Begin an episode in world w."""
         scene = self._of[w] = self._scene(w)
         self._widen(scene.policy.pieces)
-        self._start[w], self._until[w], self._since[w] = scene.scenario.start, -np.inf, np.nan
+        self._start[w] = scene.scenario.start
+        self._until[w], self._since[w] = -np.inf, np.nan
         self._given[w] = self._tables[w] = None
         self._decided.pop(w, None)
         self._rows.each["settled"][w] = np.inf
@@ -161,7 +162,8 @@ class Certifiers:
         """Let committed paths have that many pieces."""
         if pieces <= self._pieces:
             return
-        old, n, had = self._rows, len(self._of), self._pieces
+        old, had = self._rows, self._pieces
+        n = len(self._of)
         self._rows, self._pieces = robot_table(n, pieces, 1), pieces
         if had:
             self._rows.each[:] = old.each
@@ -209,7 +211,8 @@ class Certifiers:
         """The last decision in world w; None before the first one."""
         if w in self._decided or np.isnan(self._since[w]):
             return self._decided.get(w)
-        scene, row, since = self._of[w], self._rows.each[w : w + 1], float(self._since[w])
+        scene, since = self._of[w], float(self._since[w])
+        row = self._rows.each[w : w + 1]
         d, state = self._worlds.dimension, State(*self._state[w].copy())
         response = scene.policy.responses[int(row["response"][0])]
         given = self._given[w] or Manoeuvre(response, state, row["control"][0, :d].copy(), since)
@@ -273,7 +276,8 @@ class Certifiers:
     def _alone(self, w: int, wanted: Array, now: float, previous: Decision | None) -> Decision:
         """The decision of the navigator in world w, which its row is committed to."""
         scene = self._of[w]
-        navigator, objective, state = scene.navigator, FollowAcceleration(wanted), self._worlds.state(w)
+        navigator, objective = scene.navigator, FollowAcceleration(wanted)
+        state = self._worlds.state(w)
         decision = navigator.decide(state, scene.obstacles, now=now, previous=previous, objective=objective)
         path = decision.path
         if path is None:
@@ -281,7 +285,8 @@ class Certifiers:
         self._widen(len(path.points))
         commit_to(self._rows, w, path)
         self._rows.each["settled"][w] = decision.manoeuvre.settled_time(navigator.period, navigator.horizon)
-        self._decided[w], self._given[w], self._since[w] = decision, decision.manoeuvre, now
+        self._decided[w], self._given[w] = decision, decision.manoeuvre
+        self._since[w] = now
         return decision
 
 

@@ -433,7 +433,8 @@ class Worlds:
     Args:
         nearest: number of other bodies that a robot observes. command: see `accelerations`.
         observe: a function of the worlds that returns the observations (W, R, k); None: see `observations`.
-        reward: a function of the worlds after a step and its `Transition` that returns rewards (W, R); None: see `step`.
+        reward: a function of the worlds after a step and of its `Transition` that returns rewards (W, R); None: see
+            `step`.
 
     Raises:
         InvalidInput: a world that repeats, robots that are no discs or balls, worlds that differ in their number of
@@ -632,7 +633,9 @@ class Worlds:
         if self.observe is not None:
             found = array(self.observe(self), "observations")
             if found.ndim != 3 or found.shape[:2] != self.acting.shape:
-                raise InvalidInput(f"observations: expected shape {self.acting.shape} and one more, found {found.shape}")
+                raise InvalidInput(
+                    f"observations: expected shape {self.acting.shape} and one more, found {found.shape}"
+                )
             return found.astype(np.float32)
         robots, (w, r) = self.robots, self.acting.shape
         seen = observed(self._surroundings(), robots.radius, robots.sight, robots.max_speed, self.nearest)
