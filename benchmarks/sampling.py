@@ -103,7 +103,7 @@ def kernel(task: Task) -> Callable[[], object]:
     """The kernel of the choice alone."""
     wanted = np.append(task.preferred, 0.0)
     limits, table = task.situation.admissible.table, task.blocked.table
-    return lambda: kernels.nearest_free(wanted, 2, limits, *table, ELEMENTS, CANDIDATES)
+    return lambda: kernels.nearest_free(wanted, 2, limits, *table, ELEMENTS, CANDIDATES, np.inf)
 
 
 def times(

@@ -68,7 +68,7 @@ def stages(task: Task) -> dict[str, Callable[[], object]]:
         "overlap test": overlap_test,
         "pieces to segments": lambda: task.fresh().segments,
         "the choice": lambda: select(task.preferred, s.admissible, b),
-        KERNEL: lambda: kernels.nearest_free(wanted, 2, limits, *b.table, ELEMENTS, CANDIDATES),
+        KERNEL: lambda: kernels.nearest_free(wanted, 2, limits, *b.table, ELEMENTS, CANDIDATES, np.inf),
         ONE_PASS: lambda: chord_distances(*columns, 1.0, 0.5, 0.0, gaps),
         WHOLE: whole,
     }

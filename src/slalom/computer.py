@@ -174,6 +174,17 @@ def crowd() -> None:
         forecast.predict(Tracks(places - 0.01 * k * places, -0.1 * places, 0.3, 0.1 * k))
 
 
+def learners() -> None:
+    """The filter of the actions of learners, among discs and among walls."""
+    if first_missing("gym") is None:
+        from slalom.adapters.gym import RobotsEnv, VectorSafetyFilter
+
+        for scenario in ("head_on", "corridor"):
+            env = VectorSafetyFilter(RobotsEnv(1, scenario))
+            env.reset(seed=0)
+            env.step(np.ones((1, 2)))
+
+
 def figures() -> None:
     """Exact borders of control obstacles."""
     for body in (Disc(1.0), Rectangle(2.0, 1.0)):
@@ -190,6 +201,7 @@ USES: Final[dict[str, Callable[[], None]]] = {
     "vehicles": vehicles,
     "ahead": look_ahead,
     "crowd": crowd,
+    "learners": learners,
     "figures": figures,
 }
 """Uses of slalom by name. Each calls the kernels that it compiles."""

@@ -1,11 +1,13 @@
 """Environments of gymnasium and PettingZoo, judged by the checks of these packages and by independent distances."""
 
+import subprocess
+import sys
 import warnings
 
 import numpy as np
 import pytest
 
-from slalom import Disc, Goal, InvalidInput, Limits, Obstacle, Polyline, State, Stationary
+from slalom import Capsule, Disc, Goal, InvalidInput, Limits, Obstacle, Polyline, State, Stationary
 from slalom.model.trajectory import Circular, Sampled
 from slalom.sim import gallery
 from slalom.sim.gallery import GALLERY
@@ -17,7 +19,15 @@ pytest.importorskip("pettingzoo", reason="the package PettingZoo is not installe
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from pettingzoo.test import parallel_api_test, parallel_seed_test  # noqa: E402
 
-from slalom.adapters.gym import SINGLE, FleetEnv, RobotEnv, RobotsEnv, SafetyFilter, VectorSafetyFilter  # noqa: E402
+from slalom.adapters.gym import (  # noqa: E402
+    SINGLE,
+    FleetEnv,
+    FleetSafetyFilter,
+    RobotEnv,
+    RobotsEnv,
+    SafetyFilter,
+    VectorSafetyFilter,
+)
 
 FLEETS = ("ring", "corridor_swap")
 SEED = "scenario_seed"
@@ -35,9 +45,17 @@ def test_every_scenario_of_one_robot_is_registered():
         assert gymnasium.make(f"slalom/{name}-v0").unwrapped.worlds.scenarios[0].name == name
 
 
+def test_gymnasium_finds_environments_without_an_import_of_slalom():
+    code = "import gymnasium; print(gymnasium.make('slalom.adapters.gym:slalom/empty-v0').reset(seed=0)[1])"
+    made = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (made.stdout.strip(), made.returncode) == ("{'time': 0.0}", 0), made.stderr
+
+
 @pytest.mark.parametrize("name", ["roundabout_crossing", "drones_crossing", "corridor"])
-@pytest.mark.parametrize("command", ["acceleration", "velocity"])
+@pytest.mark.parametrize("command", ["acceleration", "velocity", "unicycle", "discrete"])
 def test_gymnasium_finds_no_fault(name, command):
+    if name == "drones_crossing" and command in ("unicycle", "discrete"):
+        pytest.skip("only in the plane")
     env = gymnasium.make(f"slalom/{name}-v0", command=command).unwrapped
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -219,6 +237,90 @@ def test_a_blind_policy_collides_without_the_filter_and_not_with_it(name, comman
                 assert info.get("certified", True)
             assert (info["outcome"] == "collision") == (env is bare)
         assert changed > 0
+
+
+def test_a_unicycle_turns_brakes_and_never_drives_backwards():
+    env = RobotEnv("empty", command="unicycle")
+    env.reset(seed=0)
+    worlds = env.worlds
+    limits, h = worlds.scenarios[0].robot.limits, worlds.period
+    for action, along in (((1.0, 0.0), 1.0), ((0.0, 1.0), 0.0), ((0.0, -1.0), 0.0)):
+        v = worlds.velocity[0, 0].copy()
+        env.step(np.array(action))
+        a, ahead = (worlds.velocity[0, 0] - v) / h, v / max(np.linalg.norm(v), 1e-12)
+        assert np.linalg.norm(a) == pytest.approx(limits.max_acceleration)
+        if v.any():
+            assert a @ ahead == pytest.approx(along * limits.max_acceleration, abs=1e-9)
+            assert np.sign(ahead[0] * a[1] - ahead[1] * a[0]) == action[1]
+    for _ in range(5):
+        env.step(np.array([-1.0, 0.0]))
+    assert np.linalg.norm(worlds.velocity[0, 0]) < 1e-12
+
+
+def test_discrete_actions_are_the_largest_accelerations():
+    env = RobotEnv("empty", command="discrete")
+    for k in range(int(env.action_space.n)):
+        env.reset(seed=0)
+        v = env.worlds.velocity[0, 0].copy()
+        env.step(k)
+        a = (env.worlds.velocity[0, 0] - v) / env.worlds.period / env.worlds.scenarios[0].robot.limits.max_acceleration
+        expected = 0.0 if k == 0 else np.exp(2j * np.pi * (k - 1) / 8)
+        assert complex(*a) == pytest.approx(expected, abs=1e-9)
+
+
+def test_rays_end_where_points_of_them_first_overlap():
+    """Of a scene with a disc, a wall with a radius and a thin wall; beside points on rays, tested one by one."""
+    robot = Robot(Disc(0.5), Limits(2.0, 1.0), State((0.3, 0.1), (0, 0)), Goal(Stationary((6.0, 0.0)), 0.5))
+    bodies = (
+        Obstacle(Disc(1.0), Stationary((4.0, 3.0))),
+        Obstacle(Polyline([(-3, -4), (3, -4), (5, -1)]), Stationary((0, 0))),
+        Obstacle(Capsule((-1.0, 0.0), (1.0, 0.5), 0.4), Stationary((-4.0, 1.0))),
+    )
+    env, reached = RobotEnv(Scenario("rays", (robot,), bodies), observe=lambda worlds: worlds.rays(48)), 0
+    found = env.reset(seed=0)[0]
+    assert found.shape == env.observation_space.shape == (48,)
+    steps = np.arange(0.0, 12.0, 0.005)
+    for k, share in enumerate(found):
+        way = np.array([np.cos(2 * np.pi * k / 48), np.sin(2 * np.pi * k / 48)])
+        points = np.array([0.3, 0.1]) + steps[:, None] * way
+        inside = np.min([clearances(o, Disc(1e-9), np.zeros(len(steps)), points) for o in bodies], axis=0) <= 0.005
+        first = steps[inside.argmax()] if inside.any() else np.inf
+        assert share * 12.0 == pytest.approx(min(max(first - 0.5, 0.0), 12.0), abs=0.06)
+        reached += share < 1.0
+    assert 20 < reached < 48
+
+
+def test_functions_of_the_worlds_observe_and_reward():
+    env = RobotsEnv(
+        3, "empty", observe=lambda worlds: worlds.velocity, reward=lambda worlds, made: -worlds.velocity[..., 0]
+    )
+    env.reset(seed=0)
+    observations, rewards, *_ = env.step(np.tile([1.0, 0.0], (3, 1)))
+    np.testing.assert_array_equal(observations, env.worlds.velocity[:, 0].astype(np.float32))
+    np.testing.assert_array_equal(rewards, -env.worlds.velocity[:, 0, 0])
+    wrong = RobotEnv("empty", reward=lambda worlds, made: np.zeros(3))
+    wrong.reset(seed=0)
+    with pytest.raises(InvalidInput, match="rewards: expected"):
+        wrong.step(np.zeros(2))
+
+
+@pytest.mark.parametrize("command", ["acceleration", "discrete", "unicycle"])
+def test_blind_policies_of_a_fleet_collide_without_the_filter_and_not_with_it(command):
+    for filtered in (False, True):
+        bare = FleetEnv("circle", settings={"robots": 5, "duration": 14.0}, command=command)
+        env, ends, changed = FleetSafetyFilter(bare) if filtered else bare, [], 0
+        seen, _ = env.reset(seed=0)
+        while env.agents:
+            wanted = {name: seen[name][2:4] for name in env.agents}
+            if command == "discrete":
+                wanted = {name: 1 + round(np.arctan2(a[1], a[0]) * 4 / np.pi) % 8 for name, a in wanted.items()}
+            if command == "unicycle":
+                wanted = dict.fromkeys(wanted, np.array([1.0, 0.0]))
+            seen, _, _, _, infos = env.step(wanted)
+            ends += [info["outcome"] for info in infos.values() if info["outcome"] != "running"]
+            changed += sum(info.get("intervened", False) for info in infos.values())
+        assert ("collision" in ends) != filtered
+        assert (changed > 0) == filtered
 
 
 def test_the_filter_changes_no_safe_action():

@@ -1047,12 +1047,12 @@ def test_compile_says_what_it_has_done(say: Say) -> None:
     assert said.out == ""
     first, *lines = said.err.splitlines()
     assert first.startswith("slalom: compiling")
-    assert [line.partition(":")[0] for line in lines] == ["figures", "space"]
+    assert [line.partition(":")[0] for line in lines] == ["1 of 2, figures", "2 of 2, space"]
     said = say("compile", "everything")
     assert said.code == 2
     assert (
-        said.err
-        == "uses: expected one of robot, polygons, fleets, space, vehicles, ahead, crowd, figures; found 'everything'\n"
+        said.err == "uses: expected one of robot, polygons, fleets, space, vehicles, ahead, crowd, "
+        "learners, figures; found 'everything'\n"
     )
 
 

@@ -12,7 +12,7 @@ from slalom.kernels.arrays import Pieces
 from slalom.kernels.decision.bodies import new_bodies, obstacle_pieces
 from slalom.kernels.decision.costs import new_scratch
 from slalom.kernels.decision.limits import admissible_set
-from slalom.kernels.decision.motion_clear import chord_distance, path_is_clear, preferred_is_free
+from slalom.kernels.decision.motion_clear import chord_distance, first_met, met_by_preferred
 from slalom.kernels.decision.neighbours import reachable_balls, reachable_neighbours, robots_in_reach
 from slalom.kernels.decision.paths import state_on_path, unchanged_control
 from slalom.kernels.decision.response_motion import relative_motion
@@ -76,11 +76,13 @@ def test_clear_motions_keep_the_distance(d):
     position, velocity, now, horizon = np.zeros(3), np.zeros(3), 5.0, 6.0
     for _ in range(400):
         rows, paths = scene(rng, d)
-        skipped, pieces = rng.random(6) < 0.2, rows.pieces
-        if not path_is_clear(rows, skipped, paths, 0, 1, settings(d, now, horizon), new_stack()):
+        skipped, pieces = rng.random(3) < 0.2, rows.pieces
+        none = np.empty((0, 3)), np.empty(0)
+        begin = int(rng.integers(6))
+        if first_met(rows, skipped, begin, *none, paths, 0, 1, settings(d, now, horizon), new_stack()) >= 0:
             continue
         passed += 1
-        for s in np.flatnonzero(~skipped):
+        for s in np.flatnonzero(~skipped[pieces.body]):
             first, last = pieces.times[s]
             for t in np.linspace(max(first, 0.0), min(last, horizon), 40):
                 x = (t - first) / (last - first)
@@ -112,9 +114,9 @@ def test_the_control_found_without_a_choice_is_the_exact_choice(name, scenario, 
             unchanged_control(robots.each[i], r, responses, controls.unchanged)
             limits = admissible_set(i, r, robots, responses, tables.bounds)
             controls.preferred[:d] = limits[0, 1 : 1 + d] + rng.uniform(-1.2, 1.2, d) * limits[0, 4]
-            direct = preferred_is_free(i, r, controls, met, rows, tables, scratch)
-            m = relative_motion(i, r, rows, tables, controls.unchanged, terms.horizon)
-            code, exact, _, _ = nearest_free(controls.preferred, d, *m, ELEMENTS, CANDIDATES)
+            direct = met_by_preferred(i, r, 0, controls, met, rows, tables, scratch) == -1
+            m = relative_motion(i, r, rows, tables, controls.unchanged, terms.horizon, controls.preferred, np.inf)
+            code, exact, _, _ = nearest_free(controls.preferred, d, *m, ELEMENTS, CANDIDATES, np.inf)
             if direct:
                 assert code == SAFE
                 np.testing.assert_array_equal(controls.found, exact)

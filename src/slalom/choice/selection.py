@@ -111,6 +111,7 @@ def select(
         *blocked.table,
         whole(most_elements, "most_elements", 1),
         whole(most_candidates, "most_candidates", 1),
+        np.inf,
     )
     status = STATUSES[code]
     if status is not Status.CONSTRAINED:

@@ -1,6 +1,8 @@
 """`slalom list`, `slalom reproduce`, `slalom compile` and `slalom ros`."""
 
 import inspect
+import itertools
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -203,8 +205,11 @@ def reproduce(
 
 
 def compile_(
-    *uses: Annotated[str, Parameter(help="robot, polygons, fleets, space, ahead, crowd, figures; all by default.")],
-    jobs: Annotated[Whole, Parameter(help="Number of processes.")] = 2,
+    *uses: Annotated[
+        str,
+        Parameter(help="robot, polygons, fleets, space, vehicles, ahead, crowd, learners, figures; all by default."),
+    ],
+    jobs: Annotated[Whole | None, Parameter(help="Number of processes; by default one for each core.")] = None,
 ) -> None:
     """Compile all kernels, once after an installation; decisions after it compile nothing.
 
@@ -216,9 +221,14 @@ def compile_(
 
     for name in uses:
         known(name, "uses", list(USES))
-    whole(jobs, "jobs", 1)
+    jobs = (os.cpu_count() or 1) if jobs is None else whole(jobs, "jobs", 1)
     print_message("slalom: compiling, one to two minutes after an installation, seconds later on")
-    compile_uses(*uses, jobs=jobs, progress=lambda name, seconds: print_message(f"{name}: {seconds:.1f} s"))
+    done, count = itertools.count(1), len(uses or USES)
+    compile_uses(
+        *uses,
+        jobs=jobs,
+        progress=lambda name, seconds: print_message(f"{next(done)} of {count}, {name}: {seconds:.1f} s"),
+    )
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -232,7 +232,7 @@ class Navigator(Settings):
         now = request.now
         window = window if given_up is None else window.without(given_up)
         found = self._decide(window, request)
-        turns = bool(self._turning) and (found is None or not found.safe)
+        turns = bool(self.turning) and (found is None or not found.safe)
         if others is not None and (found is None or turns):
             window = self.predict([*request.around, others], state, now)
             if given_up is not None:
@@ -253,7 +253,7 @@ class Navigator(Settings):
         policy, path = self._alone if others is None else self._among, None
         if previous is not None:
             path, end = previous.path, now + 2.0 * self.horizon
-            if path is None or (path.times[-1] < now + self.horizon and self._turning):
+            if path is None or (path.times[-1] < now + self.horizon and self.turning):
                 # A turn goes on without end; the kernels continue only what ends with a constant velocity.
                 path = previous.manoeuvre.path(previous.manoeuvre.start, end)
         until = np.inf if previous is None else previous.manoeuvre.settled_time(self.period, self.horizon)
@@ -292,7 +292,7 @@ class Navigator(Settings):
         )
 
     @cached_property
-    def _turning(self) -> tuple[Response, ...]:
+    def turning(self) -> tuple[Response, ...]:
         """The responses that end in a turn, of a robot in the plane that must not stop."""
         turning = self.method.turning if self.robot.dimension == 2 else None
         return () if turning is None else turning(self.limits, self.period, self.holds)
@@ -304,7 +304,7 @@ class Navigator(Settings):
         """
         best: Decision | None = None
         state, least = request.state, np.inf
-        situations = [self.situation(each, state, request.target, request.now) for each in self._turning]
+        situations = [self.situation(each, state, request.target, request.now) for each in self.turning]
         preferred = [preferred_control(request.robot.objective.aims(s)) for s in situations]
         for outcome, margin in ((Outcome.CONSTRAINED, self.margin), (Outcome.SQUEEZED, 0.0)):
             for s, control in zip(situations, preferred):

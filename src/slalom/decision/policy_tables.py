@@ -235,7 +235,7 @@ class PolicyTables:
         rules = method.among_robots() if among else method
         self.responses = rules.responses(limits, robot.period, robot.holds)
         self._table = response_table((self.responses,), robot.horizon, 2.0 * robot.horizon, d, robot.period)
-        self._pieces = int(np.diff(self._table.first).max())
+        self.pieces = int(np.diff(self._table.first).max())
         self._skeletons = Skeletons([robot.robot, round_shape(0.0, d)] if among else [robot.robot])
         margin = robot.margin
         self._margin = margin_among(method, margin, limits.max_acceleration, robot.period) if among else margin
@@ -247,7 +247,7 @@ class PolicyTables:
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)
 
-    def _filled(self, robots: RobotTable) -> OwnTable:
+    def filled(self, robots: RobotTable) -> OwnTable:
         """The table with the shape and the limits of the robot in row 0."""
         robot, limits = self.robot, self.robot.limits
         # Nothing is known of the limits of others: they are taken to be as fast as any.
@@ -268,12 +268,12 @@ class PolicyTables:
         Give it back after the decision, see `give_back`.
         """
         limits, observed = self.robot.limits, None if others is None else others.paths(now + self.robot.horizon)
-        pieces = self._pieces if path is None else max(self._pieces, len(path.points))
+        pieces = self.pieces if path is None else max(self.pieces, len(path.points))
         n, q = (1, 1) if observed is None else (1 + len(observed[1]), observed[1].shape[1])
         # A path that is cut where it gets into contact with an obstacle rests there for one piece more.
         q += self._settings.stops_at_obstacles
         # What is popped is of no other thread: decisions in several threads never have the same table.
-        table = self._spare.pop((n, pieces, q), None) or self._filled(robot_table(n, pieces, q))
+        table = self._spare.pop((n, pieces, q), None) or self.filled(robot_table(n, pieces, q))
         robots, own = table
         if others is not None and observed is not None:
             observe(robots, others, *observed)

@@ -17,6 +17,7 @@ from .decision.targets import (
     stopping_speed as stopping_speed,
     time_to_rest as time_to_rest,
 )
+from .decision.worlds import decide_worlds as decide_worlds, keep_tables as keep_tables
 from .geometry.boundaries import axes_along as axes_along
 from .geometry.hulls import distances as distances
 from .guidance.priority_inheritance import give_way as give_way

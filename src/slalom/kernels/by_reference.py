@@ -14,6 +14,7 @@ from numba.core.imputils import impl_ret_borrowed, impl_ret_untracked
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
     infer_getattr,
+    intrinsic,
     lower_builtin,
     lower_getattr_generic,
     models,
@@ -127,3 +128,56 @@ def _read_field(context: Any, builder: Any, reference: TableReference, address: 
         return impl_ret_untracked(context, builder, ty, place)  # type: ignore[no-untyped-call]
     value = uncounted(context, builder, ty, builder.load(place))
     return impl_ret_borrowed(context, builder, ty, value)  # type: ignore[no-untyped-call]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Tables that stay in memory from call to call: one kernel decides for many of them, and Python passes addresses.
+#
+# The caller holds the arrays of a table as long as its address is used.
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def size_of(_context: Any, table: Any) -> Any:
+    """In kernels: the bytes that a `table` takes in memory."""
+
+    def code(context: Any, _builder: Any, signature: Any, _arguments: Any) -> Any:
+        size = context.get_abi_sizeof(context.get_value_type(table))
+        return context.get_constant(types.int64, size)
+
+    return types.int64(table), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_table(_context: Any, address: Any, table: Any) -> Any:
+    """In kernels: write a `table` to an `address`, at which `size_of` bytes are free."""
+
+    def code(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        place = builder.inttoptr(arguments[0], context.get_value_type(table).as_pointer())
+        builder.store(arguments[1], place)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, table), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def table_at(_context: Any, address: Any, like: Any) -> Any:
+    """In kernels: a reference to the table at an `address`, of the type of the table `like`."""
+    reference = like if isinstance(like, TableReference) else TableReference(like)
+
+    def code(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(reference))
+
+    return reference(types.int64, like), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_now(_context: Any, table: Any, now: Any) -> Any:
+    """In kernels: write the number `now` into the field of that name of a table by reference."""
+    number, _ = table.field("now")
+
+    def code(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        place = cgutils.gep_inbounds(builder, arguments[0], 0, number)  # type: ignore[no-untyped-call]
+        builder.store(arguments[1], place)
+        return context.get_dummy_value()
+
+    return types.void(table, types.float64), code

@@ -254,9 +254,7 @@ class ObstacleTable:
             end = LARGEST
         else:
             length = STRETCH_HORIZONS * horizon
-            stretch = int(np.floor(start / length))
-            # Rounding of the quotient.
-            stretch -= stretch * length > start
+            stretch = _stretch(start, horizon)
             begin, end = stretch * length, (stretch + 1) * length + horizon
         key = (robot, stretch, horizon)
         made = self._bodies.get(key)
@@ -266,6 +264,11 @@ class ObstacleTable:
             kept = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
             self._bodies = {**kept, key: made}
         return made._replace(now=start)
+
+    def serves_until(self, start: float, horizon: float) -> float:
+        """The time [s] from which on `stretch` makes other bodies, or refuses, than at the `start` [s]."""
+        end = np.inf if self._at_rest else (_stretch(start, horizon) + 1) * STRETCH_HORIZONS * horizon
+        return float(min(end, self._known_until))
 
     def _made(self, robot: Shape, begin: float, end: float) -> Bodies:
         """All bodies from begin to end [s]."""
@@ -277,6 +280,14 @@ class ObstacleTable:
         bodies = joined(self.obstacles, range(len(shapes)), shapes, tables, 0.0)
         balls = kernels.body_balls(bodies.balls, bodies.first_piece, bodies.radius + bodies.hull_radius)
         return bodies._replace(body_balls=balls)
+
+
+def _stretch(start: float, horizon: float) -> int:
+    """The number of the stretch of time that contains the start [s]."""
+    length = STRETCH_HORIZONS * horizon
+    number = int(np.floor(start / length))
+    # Rounding of the quotient.
+    return number - (number * length > start)
 
 
 def one_dimension(dimensions: Iterable[int | None]) -> int | None:

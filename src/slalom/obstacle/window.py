@@ -310,12 +310,19 @@ class ObstacleWindow:
             bodies = bodies.displaced(moved[:, None] * found[:, 1:])
         return bodies if reach is None else bodies._replace(reach=reach.distance)
 
+    @property
+    def only_table(self) -> ObstacleTable | None:
+        """The table whose pieces, as they are, serve this window; None where pieces are cut to the window."""
+        if len(self._sources) != 1 or not self._at_rest or self._touched_from is not None:
+            return None
+        table = self._sources[0]
+        return table if isinstance(table, ObstacleTable) and len(table) else None
+
     def uncut_bodies(self, robot: Shape, reach: Reach | None) -> Bodies:
         """As `bodies_near`, for kernels that cut pieces to the window: those of a single table as they are."""
-        if len(self._sources) == 1 and self._at_rest and self._touched_from is None:
-            table = self._sources[0]
-            if isinstance(table, ObstacleTable) and len(table):
-                return table.stretch(robot, self.start, self.horizon)._replace(until=self.until)
+        table = self.only_table
+        if table is not None:
+            return table.stretch(robot, self.start, self.horizon)._replace(until=self.until)
         return self.bodies(robot) if reach is None else self.bodies_near(robot, reach)
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:

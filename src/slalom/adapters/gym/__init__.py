@@ -1,6 +1,7 @@
 """Environments of gymnasium and PettingZoo: `RobotEnv`, `RobotsEnv` for many worlds at once, `FleetEnv`.
 
-`import slalom.adapters.gym` registers slalom/NAME-v0 in gymnasium for each scenario of SINGLE.
+`import slalom.adapters.gym` registers slalom/NAME-v0 in gymnasium for each scenario of SINGLE. gymnasium itself does so
+for `gymnasium.make("slalom.adapters.gym:slalom/NAME-v0")`.
 """
 
 from slalom.base.extras import Extra
@@ -9,9 +10,9 @@ with Extra("gym", __name__):
     import gymnasium
 
     from slalom.adapters.gym.environments import FleetEnv, RobotEnv, RobotsEnv
-    from slalom.adapters.gym.filters import SafetyFilter, VectorSafetyFilter
+    from slalom.adapters.gym.filters import FleetSafetyFilter, SafetyFilter, VectorSafetyFilter
 
-__all__ = ["SINGLE", "FleetEnv", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
+__all__ = ["SINGLE", "FleetEnv", "FleetSafetyFilter", "RobotEnv", "RobotsEnv", "SafetyFilter", "VectorSafetyFilter"]
 
 SINGLE = (
     *("empty", "head_on", "curved_road", "roundabout_crossing", "roundabout_exit", "merging", "drones_crossing"),

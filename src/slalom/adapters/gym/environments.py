@@ -7,12 +7,22 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 from gymnasium import Space
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Discrete
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from pettingzoo import ParallelEnv
 
-from slalom.adapters.gym.worlds import ARRIVED, COLLISION, OUTCOMES, RUNNING, TIME, Motion, Worlds
+from slalom.adapters.gym.worlds import (
+    ARRIVED,
+    COLLISION,
+    DIRECTIONS,
+    OUTCOMES,
+    RUNNING,
+    TIME,
+    Motion,
+    Transition,
+    Worlds,
+)
 from slalom.base.checks import Array, array_of, did_you_mean, has, known, listing, mapping, whole
 from slalom.base.errors import InvalidInput
 from slalom.kernels.arrays import Flags
@@ -92,12 +102,15 @@ class Scenes:
 
 def action_space(worlds: Worlds) -> Space[Any]:
     """Space of the action of one robot."""
+    if worlds.command == "discrete":
+        return Discrete(DIRECTIONS + 1)
     return Box(-1.0, 1.0, (worlds.dimension,), np.float32)
 
 
 def observation_space(worlds: Worlds) -> Space[Any]:
-    """Space of the observation of one robot."""
-    return Box(-1.0, 1.0, (worlds.size,), np.float32)
+    """Space of the observation of one robot; without bounds where a function observes."""
+    bound = 1.0 if worlds.observe is None else np.inf
+    return Box(-bound, bound, (worlds.size,), np.float32)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -168,7 +181,10 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
         settings: parameters and settings of the gallery. layouts: number of different scenarios, which are built once;
             None: a new one for each episode.
         nearest: number of bodies that are observed.
-        command: "acceleration" or "velocity", see `Worlds.accelerations`.
+        command: "acceleration", "velocity", "unicycle" or "discrete", see `Worlds.accelerations`.
+        observe: a function of `worlds` that returns observations (W, R, k), such as `Worlds.rays` among others; None:
+            those of `Worlds.observations`. reward: a function of `worlds` after a step and its `Transition` that
+            returns rewards (W, R); None: those of `Worlds.step`.
         render_mode: "rgb_array", or "human" for a window of matplotlib, if its backend has windows.
 
     Raises:
@@ -185,10 +201,12 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
         layouts: int | None = None,
         nearest: int = 8,
         command: str = "acceleration",
+        observe: Callable[[Worlds], Array] | None = None,
+        reward: Callable[[Worlds, Transition], Array] | None = None,
         render_mode: str | None = None,
     ) -> None:
         self.scenes = Scenes(scenario, settings, layouts)
-        self.worlds = Worlds([self.scenes.of_seed(0)], nearest, command)
+        self.worlds = Worlds([self.scenes.of_seed(0)], nearest, command, observe, reward)
         if self.worlds.kind[0] != 1:
             raise InvalidInput(f"scenario: expected one robot, found {self.worlds.kind[0]}; use FleetEnv")
         # The first episode begins with `reset`.
@@ -210,7 +228,7 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
         """Follow an action for one period."""
         if not self.worlds.acting[0, 0]:
             raise InvalidInput("step: expected a running episode, found one that has ended or not begun; call reset")
-        given = array_of(action, "action", (self.worlds.dimension,))
+        given = array_of(action, "action", self.worlds.action_shape)
         made = self.worlds.step(given[None, None])
         outcome = int(made.outcomes[0, 0])
         time = float(self.worlds.steps[0] * self.worlds.period)
@@ -246,12 +264,14 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
         layouts: int | None = None,
         nearest: int = 8,
         command: str = "acceleration",
+        observe: Callable[[Worlds], Array] | None = None,
+        reward: Callable[[Worlds, Transition], Array] | None = None,
         render_mode: None = None,
     ) -> None:
         if render_mode is not None:
             raise InvalidInput(f"render_mode: expected none for many worlds, found {render_mode!r}")
         self.scenes, self.num_envs = Scenes(scenario, settings, layouts), whole(num_envs, "num_envs", 1)
-        self.worlds = Worlds([self.scenes.of_seed(0)] * self.num_envs, nearest, command)
+        self.worlds = Worlds([self.scenes.of_seed(0)] * self.num_envs, nearest, command, observe, reward)
         if self.worlds.kind[0] != 1:
             raise InvalidInput(f"scenario: expected one robot, found {self.worlds.kind[0]}; use FleetEnv")
         self.single_observation_space = observation_space(self.worlds)
@@ -279,7 +299,7 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
         """Follow actions (n, d) for one period."""
         if not self._generators:
             raise InvalidInput("step: expected running episodes, found none; call reset")
-        given = array_of(actions, "actions", (self.num_envs, self.worlds.dimension))
+        given = array_of(actions, "actions", (self.num_envs, *self.worlds.action_shape))
         running = self.worlds.acting[:, 0].copy()
         self._load(np.flatnonzero(~running).tolist(), None)
         made = self.worlds.step(given[:, None], running)
@@ -330,10 +350,12 @@ class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no t
         layouts: int | None = None,
         nearest: int = 8,
         command: str = "acceleration",
+        observe: Callable[[Worlds], Array] | None = None,
+        reward: Callable[[Worlds, Transition], Array] | None = None,
         render_mode: str | None = None,
     ) -> None:
         self.scenes = Scenes(scenario, settings, layouts)
-        self.worlds = Worlds([self.scenes.of_seed(0)], nearest, command)
+        self.worlds = Worlds([self.scenes.of_seed(0)], nearest, command, observe, reward)
         self.possible_agents, self.agents = self._names(), list[str]()
         self.observation_spaces = {name: observation_space(self.worlds) for name in self.possible_agents}
         self.action_spaces = {name: action_space(self.worlds) for name in self.possible_agents}
@@ -370,9 +392,9 @@ class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no t
         if set(actions) != set(self.agents):
             raise InvalidInput(f"actions: expected one of each of {self.agents}, found {list(actions)}")
         rows = {name: self.possible_agents.index(name) for name in self.agents}
-        given = np.zeros(self.worlds.position.shape)
+        given = np.zeros((*self.worlds.acting.shape, *self.worlds.action_shape))
         for name, row in rows.items():
-            given[0, row] = array_of(actions[name], f"actions[{name!r}]", (self.worlds.dimension,))
+            given[0, row] = array_of(actions[name], f"actions[{name!r}]", self.worlds.action_shape)
         made, acted = self.worlds.step(given), list(self.agents)
         rewards, clearances, outcomes = (column[0].tolist() for column in made)
         time = float(self.worlds.steps[0] * self.worlds.period)

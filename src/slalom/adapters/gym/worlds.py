@@ -3,15 +3,15 @@
 W worlds have R robots each. Robots are double integrators that hold an acceleration during a step.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import Array, array_of, known, whole
+from slalom.base.checks import Array, array, array_of, known, whole
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import ARRIVAL_FILTER, CERTIFIED
+from slalom.base.tolerances import ARRIVAL_FILTER, CERTIFIED, REST
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.kernels.arrays import Flags, Indices
 from slalom.model.response import Acceleration
@@ -249,6 +249,35 @@ class Bodies:
         others[:, np.arange(r), o + np.arange(r)] = False
         return Surroundings(offsets, relative, self._radii.copy(), others, o)
 
+    def wall_distances(self, position: Array, way: Array) -> Array:
+        """Distances (W, R, k) [m] from `position` (W, R, 2) [m] to walls along the directions `way` (2, k).
+
+        A wall with a radius is met at its two sides and its two ends; inf where none is met.
+        """
+        exist, radii = self._exist[:, self.moving + self._robots :], self._radii[:, self.moving + self._robots :]
+        begin = self._ends[:, None, :, 0] - position[:, :, None]
+        end = self._ends[:, None, :, 1] - position[:, :, None]
+        along = end - begin
+        length = np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1e-300)
+        normal = np.stack([-along[..., 1], along[..., 0]], axis=-1) / length
+        least, radius = np.full((*position.shape[:2], way.shape[1]), np.inf), radii[:, None, :, None]
+        there = exist[:, None, :, None]
+        for side in (-1.0, 1.0):
+            # The line of a side: normal . (t way - begin) = side radius, between both ends.
+            away = (normal * begin).sum(axis=-1)[..., None] + side * radius
+            with np.errstate(divide="ignore", invalid="ignore"):
+                t = away / (normal @ way)
+                share = ((t[..., None] * way.T - begin[..., None, :]) * (along / length**2)[..., None, :]).sum(axis=-1)
+            hit = there & (t >= 0.0) & (share >= 0.0) & (share <= 1.0)
+            least = np.minimum(least, np.where(hit, t, np.inf).min(axis=2, initial=np.inf))
+        for corner in (begin, end):
+            ahead = corner @ way
+            root = radius * radius - (corner * corner).sum(axis=-1)[..., None] + ahead * ahead
+            hit = there & (root >= 0.0) & (ahead > 0.0)
+            t = np.where(hit, ahead - np.sqrt(np.maximum(root, 0.0)), np.inf)
+            least = np.minimum(least, t.min(axis=2, initial=np.inf))
+        return np.asarray(least)
+
     def during(self, steps: Indices) -> tuple[Array, Flags]:
         """Distances from the chords (W, o) [m] of the moving obstacles in `steps` (W,), and whether they exist then."""
         bends = np.zeros((len(steps), self.moving))
@@ -357,7 +386,9 @@ def _body(worlds: "Worlds", moved: Moved, w: int, body: int, moving: int, start:
 
 RUNNING, ARRIVED, COLLISION, TIME = range(4)
 OUTCOMES: Final = ("running", "arrived", "collision", "time")
-COMMANDS: Final = ("acceleration", "velocity")
+COMMANDS: Final = ("acceleration", "velocity", "unicycle", "discrete")
+DIRECTIONS: Final = 8
+"""[1] Directions of the accelerations of discrete actions. Larger: finer actions, and more of them to learn."""
 
 
 class Transition(NamedTuple):
@@ -401,17 +432,32 @@ class Worlds:
 
     Args:
         nearest: number of other bodies that a robot observes. command: see `accelerations`.
+        observe: a function of the worlds that returns the observations (W, R, k); None: see `observations`.
+        reward: a function of the worlds after a step and of its `Transition` that returns rewards (W, R); None: see
+            `step`.
 
     Raises:
         InvalidInput: a world that repeats, robots that are no discs or balls, worlds that differ in their number of
             robots, their dimension or their period; see also `Motion`.
     """
 
-    def __init__(self, scenarios: Sequence[Scenario], nearest: int, command: str) -> None:
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        nearest: int,
+        command: str,
+        observe: "Callable[[Worlds], Array] | None" = None,
+        reward: "Callable[[Worlds, Transition], Array] | None" = None,
+    ) -> None:
         first, w = scenarios[0], len(scenarios)
         self.kind = _kind(first)
         r, self.dimension, self.period = self.kind
         self.nearest, self.command = whole(nearest, "nearest", 1), known(command, "command", COMMANDS)
+        if self.dimension != 2 and command in ("unicycle", "discrete"):
+            raise InvalidInput(f"command: expected 'acceleration' or 'velocity' in space, found {command!r}")
+        self.observe, self.reward = observe, reward
+        # (W, R, d) [m/s^2] that robots follow in the next step in place of their actions, as a filter sets them.
+        self.certified: Array | None = None
         self.scenarios = list(scenarios)
         self.bodies = Bodies([Motion(each, self.period) for each in scenarios], r)
         self.position, self.velocity = np.zeros((w, r, self.dimension)), np.zeros((w, r, self.dimension))
@@ -423,8 +469,15 @@ class Worlds:
             self.load(k, scenario)
 
     @property
+    def action_shape(self) -> tuple[int, ...]:
+        """The shape of the action of one robot."""
+        return () if self.command == "discrete" else (self.dimension,)
+
+    @property
     def size(self) -> int:
         """Length of an observation."""
+        if self.observe is not None:
+            return int(self.observe(self).shape[-1])
         return 3 * self.dimension + self.nearest * (2 * self.dimension + 2)
 
     def load(self, w: int, scenario: Scenario, motion: Motion | None = None) -> None:
@@ -446,6 +499,7 @@ class Worlds:
         self.steps[w] = 0
         self.acting[w] = True
         self.there[w] = True
+        self.certified = None
         self.robots.set(w, scenario)
         self._set_goals(w, range(len(scenario.robots)))
         away = np.linalg.norm(self._goal[w] - self.position[w], axis=1)
@@ -464,22 +518,41 @@ class Worlds:
         """Accelerations (W, R, d) [m/s^2] by which robots follow `actions` (W, R, d) within their limits.
 
         An action is the acceleration in units of the largest one. With command "velocity" it is the velocity at the end
-        of the step in units of max_speed. The acceleration is shortened to the largest one, then the velocity at the
-        end of the step to max_speed.
+        of the step in units of max_speed. With "unicycle" it is the acceleration ahead and to the left: along the
+        velocity, or towards the goal at rest; the robot brakes to rest and never backwards. With "discrete" it is a
+        whole number (W, R): 0 for none, k for the largest acceleration in direction 2 pi (k - 1) / DIRECTIONS. The
+        acceleration is shortened to the largest one, then the velocity at the end of the step to max_speed.
+
+        Raises:
+            InvalidInput: a discrete action that is not a whole number from 0 to DIRECTIONS.
         """
         max_speed, most = self.robots.max_speed[..., None], self.robots.max_acceleration[..., None]
         if self.command == "velocity":
             share = (shortened(actions) * max_speed - self.velocity) / (self.period * most)
+        elif self.command == "unicycle":
+            share = self._ahead(actions)
+        elif self.command == "discrete":
+            number = np.asarray(actions)
+            if not np.all((number >= 0) & (number <= DIRECTIONS) & (number == np.floor(number))):
+                raise InvalidInput(f"action: expected whole numbers from 0 to {DIRECTIONS}, found {number.ravel()}")
+            angle = 2.0 * np.pi * (number - 1) / DIRECTIONS
+            share = np.where(number[..., None] > 0, np.stack([np.cos(angle), np.sin(angle)], axis=-1), 0.0)
         else:
             share = actions
         after = self.velocity + self.period * most * shortened(share)
         return np.asarray((max_speed * shortened(after / max_speed) - self.velocity) / self.period)
 
-    def actions(self, accelerations: Array) -> Array:
-        """Actions (W, R, d) that robots follow by `accelerations` (W, R, d) [m/s^2] within their limits."""
-        if self.command == "velocity":
-            return np.asarray((self.velocity + self.period * accelerations) / self.robots.max_speed[..., None])
-        return np.asarray(accelerations / self.robots.max_acceleration[..., None])
+    def _ahead(self, actions: Array) -> Array:
+        """Accelerations (W, R, 2) in units of the largest ones, of `actions` (W, R, 2) ahead and to the left."""
+        speed = np.linalg.norm(self.velocity, axis=-1, keepdims=True)
+        away = self._goal - self.position
+        ahead = np.where(speed > REST, self.velocity, away)
+        ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=-1, keepdims=True), 1e-300)
+        left = np.stack([-ahead[..., 1], ahead[..., 0]], axis=-1)
+        given = shortened(actions)
+        # No more braking than to rest.
+        slowest = -speed / (self.period * self.robots.max_acceleration[..., None])
+        return np.asarray(np.maximum(given[..., :1], slowest) * ahead + given[..., 1:] * left)
 
     def step(self, actions: Array, worlds: Flags | None = None) -> Transition:
         """Make a step in all worlds, or in some of them (W,).
@@ -490,11 +563,14 @@ class Worlds:
         Raises:
             InvalidInput: actions of another shape, or not finite.
         """
-        wanted, some = array_of(actions, "action", self.position.shape), np.ones(len(self.steps), np.bool_)
+        shape = (*self.acting.shape, *self.action_shape)
+        wanted, some = array_of(actions, "action", shape), np.ones(len(self.steps), np.bool_)
+        followed = self.accelerations(wanted) if self.certified is None else self.certified
+        self.certified = None
         some = some if worlds is None else worlds
         moves = self.acting & some[:, None]
         # A robot that has stopped at its goal stays there.
-        held = np.where(self.acting[..., None], self.accelerations(wanted), -self.velocity / self.period)
+        held = np.where(self.acting[..., None], followed, -self.velocity / self.period)
         acceleration = np.where(some[:, None, None], held, 0.0)
         around, distance = self._surroundings(), np.linalg.norm(self._goal - self.position, axis=-1)
         moved = Moved(self.position, np.where(some[:, None, None], self.velocity, 0.0), acceleration)
@@ -528,7 +604,11 @@ class Worlds:
         if gone.any():
             self.there &= ~gone
             self._around = None
-        return Transition(np.where(moves, reward, 0.0), clearance, outcome)
+        made = Transition(np.where(moves, reward, 0.0), clearance, outcome)
+        if self.reward is None:
+            return made
+        given = array_of(self.reward(self, made), "rewards", made.rewards.shape)
+        return made._replace(rewards=np.where(moves, given, 0.0))
 
     def _passed(self, some: Flags, distance: Array, moved: Moved, steps: Indices) -> Flags:
         """Which of some robots (W, R) passed their goals during the step: (W, R); `distance` [m] is that at its end."""
@@ -548,8 +628,15 @@ class Worlds:
 
         First the own velocity in units of max_speed and the offset to the goal in units of sight. Then the velocity of
         the goal relative to the robot in units of twice max_speed, and the nearest bodies, see `bodies.observed`.
-        Vectors longer than 1 are shortened to 1.
+        Vectors longer than 1 are shortened to 1. Those of `observe` are as it returns them.
         """
+        if self.observe is not None:
+            found = array(self.observe(self), "observations")
+            if found.ndim != 3 or found.shape[:2] != self.acting.shape:
+                raise InvalidInput(
+                    f"observations: expected shape {self.acting.shape} and one more, found {found.shape}"
+                )
+            return found.astype(np.float32)
         robots, (w, r) = self.robots, self.acting.shape
         seen = observed(self._surroundings(), robots.radius, robots.sight, robots.max_speed, self.nearest)
         max_speed = robots.max_speed[..., None]
@@ -561,6 +648,23 @@ class Worlds:
         ]
         # Rounding may leave a length just above 1.
         return np.clip(np.concatenate(own, axis=-1), -1.0, 1.0).astype(np.float32)
+
+    def rays(self, count: int) -> Array:
+        """Distances (W, R, count) to the nearest surfaces in directions 2 pi k / count, in units of sight, at most 1.
+
+        In the plane, from the surfaces of the robots, in the axes of the world: as of a laser scanner without noise.
+        """
+        around = self._surroundings()
+        angle = 2.0 * np.pi * np.arange(whole(count, "count", 1)) / count
+        way, o = np.stack([np.cos(angle), np.sin(angle)]), around.moving + self.acting.shape[1]
+        offsets, radius = around.offsets[:, :, :o], around.radii[:, None, :o, None]
+        along, square = offsets @ way, (offsets * offsets).sum(axis=-1)[..., None]
+        root = radius * radius - square + along * along
+        hit = (root >= 0.0) & (along > 0.0) & around.there[:, :, :o, None]
+        discs = np.where(hit, along - np.sqrt(np.maximum(root, 0.0)), np.inf).min(axis=2, initial=np.inf)
+        walls = self.bodies.wall_distances(self.position, way)
+        found = np.minimum(discs, walls) - self.robots.radius[..., None]
+        return np.asarray(np.clip(found / self.robots.sight[..., None], 0.0, 1.0))
 
     def _surroundings(self) -> Surroundings:
         if self._around is None:

@@ -103,6 +103,21 @@ def passive_in_reach(i: int, error: float, centers: Array, radii: Array, tables:
     `centers` (w, 3) [m] and `radii` (w,) [m] bound its motion in each window of the horizon. What is within the margin
     now is among the rows too.
     """
+    bodies = tables.bodies
+    rows = len(bodies.pieces.times)
+    found = PassiveRows(np.empty(rows, np.int64), np.empty(rows, np.int64), np.empty(len(bodies.each), np.int64))
+    count, b = put_passive(i, error, centers, radii, tables, found)
+    return PassiveRows(found.row[:count], found.number[:count], found.body[:b])
+
+
+@kernel
+def put_passive(
+    i: int, error: float, centers: Array, radii: Array, tables: DecisionTables, found: PassiveRows
+) -> tuple[int, int]:
+    """The numbers of rows and bodies of `passive_in_reach`, which go into `found`.
+
+    A kernel of its own, since it returns no array: a reference to a row would cost as much as its test.
+    """
     robot = tables.robots.each[i]
     bodies = tables.bodies
     now = bodies.now
@@ -110,9 +125,6 @@ def passive_in_reach(i: int, error: float, centers: Array, radii: Array, tables:
     times = bodies.pieces.times
     count = 0
     b = 0
-    row = np.empty(len(times), np.int64)
-    number = np.empty(len(times), np.int64)
-    body = np.empty(len(bodies.each), np.int64)
     more = robot.rounding - tables.robot_bodies.rounding + robot.margin + error
     far = farthest_distance(robot.position[:], centers, radii) + CONTACT_SLACK
     for k in range(len(bodies.each)):
@@ -127,13 +139,13 @@ def passive_in_reach(i: int, error: float, centers: Array, radii: Array, tables:
             begin = times[s, 0] - now
             end = times[s, 1] - now
             if may_come_near(bodies.balls[s], begin, end, grown, robot, horizon, centers, radii):
-                row[count] = s
-                number[count] = b
+                found.row[count] = s
+                found.number[count] = b
                 count += 1
         if count > known:
-            body[b] = k
+            found.body[b] = k
             b += 1
-    return PassiveRows(row[:count], number[:count], body[:b])
+    return count, b
 
 
 @kernel

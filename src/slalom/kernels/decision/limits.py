@@ -100,6 +100,16 @@ def smallest_control_ball(robot: Robot, r: int, responses: ResponseTable) -> tup
     return least, radius
 
 
+@inlined
+def farthest_control(robot: Robot, r: int, u: Array, responses: ResponseTable) -> float:
+    """The largest distance of an admissible control of response r from control u (3,)."""
+    p, radius = smallest_control_ball(robot, r, responses)
+    square = 0.0
+    for axis in range(3):
+        square += squared(u[axis] + peak_drift(robot, p, axis, responses) / responses.peaks[p, 4])
+    return float(np.sqrt(square) + radius)
+
+
 @kernel
 def obeys_turning_bounds(
     i: int, robots: RobotTable, bounds: Bounds, settings: DecisionSettings, position: Array, velocity: Array
@@ -128,6 +138,18 @@ def is_too_fast(robot: Robot) -> bool:
     """Whether a robot exceeds its speed limit by more than rounding."""
     square = squared(robot.velocity[0]) + squared(robot.velocity[1]) + squared(robot.velocity[2])
     return bool(np.sqrt(square) > robot.max_speed * (1.0 + 10.0 * ADMISSIBLE))
+
+
+@inlined
+def is_measured_at_rest(robot: Robot, dimension: int) -> bool:
+    """Whether a robot that stops at its target is measured within its tolerance, at up to that tolerance per second."""
+    square = 0.0
+    speed = 0.0
+    for axis in range(dimension):
+        square += squared(robot.target[axis] - robot.position[axis])
+        speed += squared(robot.velocity[axis])
+    most = robot.tolerance * robot.tolerance
+    return bool(robot.stop and not robot.moving and square <= most and speed <= most)
 
 
 @inlined

@@ -4,16 +4,30 @@ Most preferred controls are free, and most committed paths are clear. This test 
 controls.
 """
 
+from typing import Final
+
 import numpy as np
 
+from slalom.base.tolerances import CONTACT_SLACK
 from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.decision.bodies import meets_balls
-from slalom.kernels.decision.limits import admissible_set
-from slalom.kernels.decision.neighbours import reachable_neighbours
-from slalom.kernels.decision.paths import bounding_balls, response_path, rest_of_path
-from slalom.kernels.decision.tables import Controls, DecisionSettings, DecisionTables, ObstaclePieces, Paths, Scratch
-from slalom.kernels.geometry.cubic import below, put_distance, restrict
-from slalom.kernels.jit import kernel, squared
+from slalom.kernels.decision.costs import COST_TIE, first_least
+from slalom.kernels.decision.limits import admissible_set, farthest_control
+from slalom.kernels.decision.neighbours import reachable_neighbours, response_balls
+from slalom.kernels.decision.paths import bounding_balls, response_path, rest_of_path, unchanged_control
+from slalom.kernels.decision.tables import (
+    RESPONSE_WINDOWS,
+    Controls,
+    DecisionSettings,
+    DecisionTables,
+    ObstaclePieces,
+    Paths,
+    ResponseSearch,
+    Robot,
+    Scratch,
+)
+from slalom.kernels.geometry.cubic import below, copy_into, put_distance, restrict, value
+from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.selection.candidates import nearest_admissible
 
 
@@ -46,18 +60,23 @@ def keeps_distance(p: Array, radius: float, stack: Array) -> bool:
 
 
 @kernel
-def path_is_clear(
+def first_met(
     rows: ObstaclePieces,
     skipped: Flags,
+    begin: int,
+    centers: Array,
+    radii: Array,
     paths: Paths,
     row: int,
     shared_row: int,
     settings: DecisionSettings,
     stack: Array,
-) -> bool:
-    """Whether row `row` of `paths` is clear of all rows that are not `skipped` (n,): True is certain.
+) -> int:
+    """A row of the bodies that row `row` of `paths` may meet, sought from row `begin` on; -1: it certainly meets none.
 
-    Near hulls it is False. `shared_row`: the path that must be clear of the bodies that avoid the robot too.
+    Bodies `skipped` (b,) are not tested, nor those that the path does not come near: `centers` (w, 3) [m] and `radii`
+    (w,) [m] hold it in windows of the horizon; of length 0: not known. Near hulls a row is met. `shared_row`: the path
+    that must be clear of the bodies that avoid the robot too.
     """
     pieces = rows.pieces
     now = settings.now
@@ -68,10 +87,16 @@ def path_is_clear(
     n = points.shape[1]
     p = np.zeros((4, 3))
     resting = -1.0
-    for s in range(len(pieces.body)):
+    count = len(pieces.body)
+    for turn in range(count):
+        s = begin + turn if begin + turn < count else begin + turn - count
         body = pieces.body[s]
-        if skipped[s]:
+        if skipped[body]:
             continue
+        if len(radii) > 0 and rows.balls[s, 3] < np.inf:
+            last = pieces.times[s, 1]
+            if not meets_balls(rows.balls[s], 0.0, pieces.times[s, 0], last, horizon, centers, radii):
+                continue
         own = shared_row if rows.bodies[body].share < 1.0 else row
         first = pieces.times[s, 0]
         if not rows.bodies[body].at_rest and resting < 0.0:
@@ -105,9 +130,9 @@ def path_is_clear(
             if chord_distance(p) < radius + rows.bodies[body].hull_radius and not (
                 rows.hull[body] < 0 and keeps_distance(p, radius, stack)
             ):
-                return False
+                return s
             t0 = stop
-    return True
+    return -1
 
 
 @kernel
@@ -123,14 +148,25 @@ def common_share(rows: ObstaclePieces) -> float:
     return common
 
 
-@kernel
-def preferred_is_free(
-    i: int, r: int, controls: Controls, met: Indices, rows: ObstaclePieces, tables: DecisionTables, scratch: Scratch
-) -> bool:
-    """Whether the admissible control of response r nearest to the preferred one is free for certain.
+UNKNOWN = -2
+"""In place of the row that a preferred control meets: it is not admissible, or bodies do different shares."""
 
-    That control goes into `controls.found`, its path into the first row of the scratch. `met` (m,): the robots whose
-    bodies follow the passive ones in `rows`.
+
+@kernel
+def met_by_preferred(
+    i: int,
+    r: int,
+    begin: int,
+    controls: Controls,
+    met: Indices,
+    rows: ObstaclePieces,
+    tables: DecisionTables,
+    scratch: Scratch,
+) -> int:
+    """A row that the admissible control of response r nearest to the preferred one may meet; -1: it is free; UNKNOWN.
+
+    That control goes into `controls.found`, its path into the first row of the scratch. Rows are tested from `begin`
+    on. `met` (m,): the robots whose bodies follow the passive ones in `rows`.
     """
     robots = tables.robots
     responses = tables.responses
@@ -139,32 +175,27 @@ def preferred_is_free(
     tested = scratch.control
     unchanged = controls.unchanged
     if not nearest_admissible(controls.preferred, admissible_set(i, r, robots, responses, tables.bounds), u)[0]:
-        return False
+        return UNKNOWN
     share = common_share(rows)
     if share == 0.0:
-        return False
+        return UNKNOWN
     halves = share < 1.0
-    pieces = rows.pieces
+    # Passive bodies are the first ones.
+    passive = len(rows.balls) > 0 and rows.balls[0, 3] < np.inf
+    centers = np.empty((RESPONSE_WINDOWS if passive else 0, 3))
+    radii = np.empty(len(centers))
+    if passive:
+        response_balls(robots.each[i], r, u, 0.0, responses, centers, radii)
     ignored = np.zeros(len(rows.bodies), np.bool_)
     for b in range(len(ignored)):
         ignored[b] = rows.bodies[b].robot >= 0
-    skipped = np.zeros(len(pieces.body), np.bool_)
     for part in range(2 if halves else 1):
         for axis in range(3):
             tested[axis] = u[axis] if part == 0 else unchanged[axis] + (u[axis] - unchanged[axis]) / share
         response_path(robots.each[i], r, tested, responses, settings, np.inf, scratch.paths, part)
+        if len(met) == 0:
+            continue
         bounding_balls(scratch.paths.times[part], scratch.paths.points[part], settings, scratch.centers, scratch.radii)
-        if part == 0:
-            for s in range(len(skipped)):
-                skipped[s] = rows.balls[s, 3] < np.inf and not meets_balls(
-                    rows.balls[s],
-                    0.0,
-                    pieces.times[s, 0],
-                    pieces.times[s, 1],
-                    settings.horizon,
-                    scratch.centers,
-                    scratch.radii,
-                )
         b = 0
         for k in reachable_neighbours(i, met, scratch.centers, scratch.radii, robots):
             while rows.bodies[b].robot != k:
@@ -172,6 +203,103 @@ def preferred_is_free(
             while b < len(ignored) and rows.bodies[b].robot == k:
                 ignored[b] = False
                 b += 1
-    for s in range(len(skipped)):
-        skipped[s] = skipped[s] or ignored[pieces.body[s]]
-    return path_is_clear(rows, skipped, scratch.paths, 0, 1 if halves else 0, settings, scratch.stack)
+    shared = 1 if halves else 0
+    return first_met(rows, ignored, begin, centers, radii, scratch.paths, 0, shared, settings, scratch.stack)
+
+
+@kernel
+def least_change(r: int, row: int, rows: ObstaclePieces, tables: DecisionTables, paths: Paths) -> float:
+    """A lower bound of the distance from a control of response r of all controls that do not meet the body of a row.
+
+    The control has the first path of `paths`. At any time a change of the control moves the robot by its gain then.
+    0 where the body has a hull, or does a part of the avoidance.
+    """
+    pieces = rows.pieces
+    responses = tables.responses
+    body = pieces.body[row]
+    most = 0.0
+    if rows.hull[body] >= 0 or rows.bodies[body].share < 1.0 or not rows.bodies[body].at_rest:
+        return most
+    first = responses.first[r]
+    count = responses.first[r + 1] - first
+    knots = responses.knots[first + r : first + r + count + 1]
+    s = row
+    while s > 0 and pieces.body[s - 1] == body:
+        s -= 1
+    k = 0
+    while s < len(pieces.body) and pieces.body[s] == body:
+        for half in range(2):
+            x = 0.5 * half
+            t = pieces.times[s, 0] + x * (pieces.times[s, 1] - pieces.times[s, 0])
+            if not 0.0 < t < tables.settings.horizon:
+                continue
+            while k < count - 1 and knots[k + 1] <= t:
+                k += 1
+            e = (t - knots[k]) / (knots[k + 1] - knots[k])
+            g = responses.pieces[first + k].gain
+            gain = value(g[0], g[1], g[2], g[3], e)
+            square = 0.0
+            for axis in range(pieces.points.shape[2]):
+                q = pieces.points[s, :, axis]
+                o = paths.points[0, k, :, axis]
+                square += squared(value(q[0], q[1], q[2], q[3], x) - value(o[0], o[1], o[2], o[3], e))
+            depth = pieces.radius[s] + pieces.growth[s] * x - np.sqrt(square) - CONTACT_SLACK
+            if depth > most * gain:
+                most = depth / gain
+        s += 1
+    return float(most)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# To follow an acceleration: the cost of a control is its distance from the preferred one.
+
+
+DIRECT_TEST_ROWS: Final = 30
+"""[1] With fewer pieces a table of segments is made as quickly as the preferred control is tested alone.
+Larger: the direct test is used more seldom. Results do not depend on it.
+"""
+
+
+@inlined
+def worth_within(robot: Robot, r: int, best: float, tables: DecisionTables) -> float:
+    """The distance from the preferred control of response r within which a control costs less than `best`.
+
+    For a robot that follows an acceleration. It is not known for a motion that its pieces only approximate.
+    """
+    response = tables.responses.each[r]
+    if response.error > 0.0:
+        return np.inf
+    return float((best - COST_TIE) * robot.max_acceleration / abs(response.initial_acceleration[2]))
+
+
+@kernel
+def certain_response(
+    i: int, controls: Controls, met: Indices, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch
+) -> int:
+    """The first of the responses of robot i with the least cost whose preferred control is free for certain; -1: none.
+
+    For a robot that follows an acceleration: one pass over the bodies and no search. What one response meets is tested
+    first for the next one. The costs of the others become what they are at least, see `least_change`.
+    """
+    robot, responses = tables.robots.each[i], tables.responses
+    first, count = responses.kinds[robot.kind], len(search.excluded)
+    least = search.costs[first_least(search.costs)] + COST_TIE
+    begin = 0
+    for k in range(count if len(rows.pieces.body) >= DIRECT_TEST_ROWS else 0):
+        r = first + k
+        if search.costs[k] > least:
+            continue
+        copy_into(controls.preferred, search.preferred[k])
+        unchanged_control(robot, r, responses, controls.unchanged)
+        row = met_by_preferred(i, r, begin, controls, met, rows, tables, search.scratch)
+        if row == -1:
+            return k
+        if row >= 0:
+            change = least_change(r, row, rows, tables, search.scratch.paths)
+            if responses.each[r].error == 0.0:
+                least_cost = change * abs(responses.each[r].initial_acceleration[2]) / robot.max_acceleration
+                search.costs[k] = max(search.costs[k], least_cost)
+            if change > farthest_control(robot, r, controls.found, responses):
+                search.costs[k] = np.inf
+            begin = row
+    return -1

@@ -93,14 +93,19 @@ def tested_controls(robot: Robot, r: int, scale: float, responses: ResponseTable
 
 
 @kernel
-def response_balls(robot: Robot, r: int, responses: ResponseTable, centers: Array, radii: Array) -> None:
-    """Write balls that hold a robot under every control of response r: centers (w, 3) [m], radii (w,) [m].
+def response_balls(
+    robot: Robot, r: int, preferred: Array, within: float, responses: ResponseTable, centers: Array, radii: Array
+) -> None:
+    """Write balls that hold a robot under the controls of response r: centers (w, 3) [m], radii (w,) [m].
 
-    One for each of w = RESPONSE_WINDOWS windows.
+    One for each of w = RESPONSE_WINDOWS windows. Of the controls those `within` a distance of `preferred` (3,).
     """
     control = np.zeros(3)
     response = responses.each[r]
     radius = tested_controls(robot, r, 1.0, responses, control)
+    if within < radius:
+        radius = within
+        copy_into(control, preferred)
     for w in range(RESPONSE_WINDOWS):
         first = response.window_gains[w]
         last = response.window_gains[w + 1]

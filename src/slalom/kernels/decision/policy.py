@@ -20,8 +20,23 @@ from slalom.kernels.decision.costs import (
     optimistic_costs,
     preferred_control,
 )
-from slalom.kernels.decision.limits import admissible_set, is_too_fast, largest_error, obeys_turning_bounds
-from slalom.kernels.decision.motion_clear import path_is_clear, preferred_is_free
+from slalom.kernels.decision.limits import (
+    admissible_set,
+    farthest_control,
+    is_measured_at_rest,
+    is_too_fast,
+    largest_error,
+    obeys_turning_bounds,
+)
+from slalom.kernels.decision.motion_clear import (
+    DIRECT_TEST_ROWS,
+    UNKNOWN,
+    certain_response,
+    first_met,
+    least_change,
+    met_by_preferred,
+    worth_within,
+)
 from slalom.kernels.decision.neighbours import (
     build_cell_list,
     farthest_distance,
@@ -42,6 +57,7 @@ from slalom.kernels.decision.response_motion import WORK_CHOICE, choose, relativ
 from slalom.kernels.decision.right_of_way import cost_on_ways, ways_aside
 from slalom.kernels.decision.tables import (
     BALL_WINDOWS,
+    FOLLOW_ACCELERATION,
     CellList,
     Controls,
     DecisionTables,
@@ -178,8 +194,8 @@ def free_until(
     """
     unchanged = np.zeros(3)
     unchanged_control(tables.robots.each[i], r, tables.responses, unchanged)
-    motion = relative_motion(i, r, rows, tables, unchanged, until)
-    free, work = choose(motion, preferred, tables.settings.dimension, np.inf, u)
+    motion = relative_motion(i, r, rows, tables, unchanged, until, preferred, np.inf)
+    free, work = choose(motion, preferred, tables.settings.dimension, np.inf, np.inf, u)
     tables.robots.each[i].work += work + WORK_ROW * len(rows.pieces.body)
     return free
 
@@ -238,12 +254,6 @@ MIN_IMPROVEMENT: Final = 0.25
 Other responses are not examined. Larger: fewer are, and arrivals are later by up to this. 0: all that may be better.
 """
 
-DIRECT_TEST_ROWS: Final = 30
-"""[1] With fewer pieces a table of segments is made as quickly as the preferred control is tested alone.
-
-Larger: the direct test is used more seldom. Results do not depend on it.
-"""
-
 MARGIN_STEPS: Final = 4
 """[1] Number of margins that are tried, each half of the one before; then the fallback decides.
 
@@ -297,8 +307,8 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
-    nothing = np.zeros(len(rows.pieces.body), np.bool_)
-    if path_is_clear(rows, nothing, robots.committed, i, i, settings, scratch.stack):
+    none, anywhere = np.zeros(len(rows.bodies), np.bool_), radii[:0]
+    if first_met(rows, none, 0, centers, anywhere, robots.committed, i, i, settings, scratch.stack) < 0:
         return KEPT
     knots = np.empty(n + 1)
     drift = np.empty((n, 4, d))
@@ -402,18 +412,6 @@ def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: 
     return float(until + then - now) if now < np.inf else np.inf
 
 
-@inlined
-def is_measured_at_rest(robot: Robot, dimension: int) -> bool:
-    """Whether a robot that stops at its target is measured within its tolerance, at up to that tolerance per second."""
-    square = 0.0
-    speed = 0.0
-    for axis in range(dimension):
-        square += squared(robot.target[axis] - robot.position[axis])
-        speed += squared(robot.velocity[axis])
-    most = robot.tolerance * robot.tolerance
-    return bool(robot.stop and not robot.moving and square <= most and speed <= most)
-
-
 @kernel
 def best_response(
     i: int,
@@ -443,8 +441,11 @@ def best_response(
     best, best_r, outcome, clear, detoured = np.inf, -1, CONSTRAINED, False, False
     motions: list[SelectionProblem] = []
     which, closed = np.full(count, -1), search.excluded.copy()
+    # Without detours each response is examined once, and its cost is the distance from one control.
+    ordered = robot.objective == FOLLOW_ACCELERATION and len(costs) == count and settings.share >= 1.0
+    certain = certain_response(i, controls, met, rows, tables, search) if ordered else -1
     while True:
-        at = first_least(costs)
+        at = certain if certain >= 0 and costs[certain] < np.inf else first_least(costs)
         if costs[at] >= best - worth and not (clear or detoured):
             detoured = True
             for detour in range(1, 1 + len(settings.detours) + len(search.aside)):
@@ -468,13 +469,20 @@ def best_response(
         copy_into(preferred, search.preferred[at])
         unchanged_control(robot, r, responses, unchanged)
         robot.work += WORK_CHOICE + WORK_ROW * len(rows.pieces.body)
-        direct = which[k] < 0 and len(rows.pieces.body) >= DIRECT_TEST_ROWS
-        if not (direct and preferred_is_free(i, r, controls, met, rows, tables, scratch)):
+        within = worth_within(robot, r, best, tables) if ordered else np.inf
+        direct = which[k] < 0 and len(rows.pieces.body) >= DIRECT_TEST_ROWS and (not ordered or k == certain)
+        row = met_by_preferred(i, r, 0, controls, met, rows, tables, scratch) if direct else UNKNOWN
+        if row != -1:
+            if row >= 0 and least_change(r, row, rows, tables, scratch.paths) > farthest_control(
+                robot, r, u, responses
+            ):
+                closed[k] = True
+                continue
             if which[k] < 0:
                 which[k] = len(motions)
-                motions.append(relative_motion(i, r, rows, tables, unchanged, settings.horizon))
+                motions.append(relative_motion(i, r, rows, tables, unchanged, settings.horizon, preferred, within))
             most = settings.budget - robot.work if known else np.inf
-            free, work = choose(motions[which[k]], preferred, settings.dimension, most, u)
+            free, work = choose(motions[which[k]], preferred, settings.dimension, most, within, u)
             closed[k], robot.work = not free, robot.work + work
             if closed[k]:
                 continue

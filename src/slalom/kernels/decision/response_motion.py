@@ -57,25 +57,39 @@ def relative_table(
 
 
 @kernel
-def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables) -> ObstaclePieces:
-    """The rows that robot i can come near under some control of response r; bodies of robots stay.
+def rows_in_reach(
+    i: int, r: int, preferred: Array, within: float, rows: ObstaclePieces, tables: DecisionTables, near: Indices
+) -> int:
+    """The number of the rows of `pieces_in_reach`, which go into `near` (n,).
 
-    A row on which no admissible control can collide changes no choice.
+    A kernel of its own, since it returns no array: a reference to a row would cost as much as its test.
     """
-    pieces = rows.pieces
-    horizon = tables.settings.horizon
-    d = rows.pieces.points.shape[2]
     centers = np.empty((RESPONSE_WINDOWS, 3))
     radii = np.empty(RESPONSE_WINDOWS)
-    near = np.empty(len(pieces.body), np.int64)
+    times = rows.pieces.times
     count = 0
-    times = pieces.times
-    response_balls(tables.robots.each[i], r, tables.responses, centers, radii)
-    for s in range(len(pieces.body)):
+    horizon = tables.settings.horizon
+    response_balls(tables.robots.each[i], r, preferred, within, tables.responses, centers, radii)
+    for s in range(len(times)):
         known = rows.balls[s, 3] < np.inf
         if not known or meets_balls(rows.balls[s], 0.0, times[s, 0], times[s, 1], horizon, centers, radii):
             near[count] = s
             count += 1
+    return count
+
+
+@kernel
+def pieces_in_reach(
+    i: int, r: int, preferred: Array, within: float, rows: ObstaclePieces, tables: DecisionTables
+) -> ObstaclePieces:
+    """The rows that robot i can come near under a control of response r `within` a distance of `preferred` (3,).
+
+    Bodies of robots stay. A row on which no such control can collide changes no choice.
+    """
+    pieces = rows.pieces
+    d = rows.pieces.points.shape[2]
+    near = np.empty(len(pieces.body), np.int64)
+    count = rows_in_reach(i, r, preferred, within, rows, tables, near)
     if count == len(pieces.body):
         return rows
     turning = len(pieces.turns) > 0
@@ -105,11 +119,19 @@ def pieces_in_reach(i: int, r: int, rows: ObstaclePieces, tables: DecisionTables
 
 @inlined
 def relative_motion(
-    i: int, r: int, rows: ObstaclePieces, tables: DecisionTables, unchanged: Array, horizon: float
+    i: int,
+    r: int,
+    rows: ObstaclePieces,
+    tables: DecisionTables,
+    unchanged: Array,
+    horizon: float,
+    preferred: Array,
+    within: float,
 ) -> SelectionProblem:
     """The relative motion of robot i under response r up to `horizon` [s], at most that of the settings.
 
-    `unchanged` (3,): the control that changes nothing now.
+    `unchanged` (3,): the control that changes nothing now. Bodies count that controls `within` a distance of
+    `preferred` (3,) can meet, where no body does a part of the avoidance.
     """
     robots = tables.robots
     responses = tables.responses
@@ -130,7 +152,7 @@ def relative_motion(
                 own = robot.position[axis] + piece.velocity_gain[c] * robot.velocity[axis]
                 drift[p, c, axis] = own + piece.acceleration_gain[c] * robot.acceleration[axis]
     motion = PositionMap(knots, drift, gain, np.empty((0, 4)), responses.each[r].straight)
-    near_rows = pieces_in_reach(i, r, rows, tables) if len(tables.bodies.each) else rows
+    near_rows = pieces_in_reach(i, r, preferred, within, rows, tables) if len(tables.bodies.each) else rows
     table, hulls, body = relative_table(near_rows, tables.bodies, motion, horizon, responses.each[r].rest)
     if settings.share < 1.0:
         # A part of the change of the control must do where the other robot avoids too: unchanged + (u - unchanged) /
@@ -151,13 +173,15 @@ def relative_motion(
 
 
 @inlined
-def choose(m: SelectionProblem, preferred: Array, d: int, most: float, u: Array) -> tuple[bool, float]:
-    """Whether there is a free admissible control, and the counted work [us].
+def choose(m: SelectionProblem, preferred: Array, d: int, most: float, within: float, u: Array) -> tuple[bool, float]:
+    """Whether there is a free admissible control `within` a distance of `preferred` (3,), and the counted work [us].
 
-    The one nearest to `preferred` (3,) goes into u (3,). With `most` [us] of work the answer may be False too early.
+    The one nearest to it goes into u (3,). With `most` [us] of work the answer may be False too early.
     """
     candidates = int(min(max(most, 0.0) / WORK_CONTROL, float(CANDIDATES)))
-    code, found, elements, examined = nearest_free(preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates)
+    code, found, elements, examined = nearest_free(
+        preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates, within
+    )
     if code == SAFE:
         copy_into(u, found)
     per_element = WORK_ELEMENT if len(m.hulls) > 0 else 0.0

@@ -73,7 +73,7 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
             a, b = (t0 - times[s, 0]) / width, (stop - times[s, 0]) / width
             cut = a > 0.0 or b < 1.0
             if own[part, 0] != t0 or own[part, 1] != stop:
-                robot_motion(motion, piece, t0, stop, own[part])
+                robot_motion(motion, piece, t0, stop, own, part)
             for axis in range(d):
                 p0, p1 = points[s, 0, axis], points[s, 1, axis]
                 p2, p3 = points[s, 2, axis], points[s, 3, axis]
@@ -103,8 +103,8 @@ def relative_segments(pieces: Pieces, motion: PositionMap, horizon: float) -> Cu
 
 
 @kernel
-def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: Array) -> None:
-    """The position map from t0 in a piece to stop [s], into `own` (2 + 4 (d + 2),).
+def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: Array, part: int) -> None:
+    """The position map from t0 in a piece to stop [s], into row `part` of `own` (k, 2 + 4 (d + 2)).
 
     The times, four control points of the gain, four of each axis of the drift, and four of a cross gain. Where the time
     `stop` is in a later piece, they are those of the line between both positions, which no response with a cross gain
@@ -117,47 +117,49 @@ def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: A
     while last < len(drift) - 1 and knots[last + 1] < stop:
         last += 1
     if last > piece:
-        line_of_motion(motion, piece, last, t0, stop, own)
+        line_of_motion(motion, piece, last, t0, stop, own, part)
         return
     span = knots[piece + 1] - knots[piece]
     e = (t0 - knots[piece]) / span
     f = (stop - knots[piece]) / span
-    own[0] = t0
-    own[1] = stop
-    own[2], own[3], own[4], own[5] = restrict(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f)
+    own[part, 0] = t0
+    own[part, 1] = stop
+    own[part, 2], own[part, 3], own[part, 4], own[part, 5] = restrict(
+        gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f
+    )
     for axis in range(drift.shape[2]):
         q = 6 + 4 * axis
-        own[q], own[q + 1], own[q + 2], own[q + 3] = restrict(
+        own[part, q], own[part, q + 1], own[part, q + 2], own[part, q + 3] = restrict(
             drift[piece, 0, axis], drift[piece, 1, axis], drift[piece, 2, axis], drift[piece, 3, axis], e, f
         )
     if len(motion.cross) > 0:
         q = 6 + 4 * drift.shape[2]
         k = motion.cross[piece]
-        own[q], own[q + 1], own[q + 2], own[q + 3] = restrict(k[0], k[1], k[2], k[3], e, f)
+        own[part, q], own[part, q + 1], own[part, q + 2], own[part, q + 3] = restrict(k[0], k[1], k[2], k[3], e, f)
 
 
 @kernel
-def line_of_motion(motion: PositionMap, piece: int, last: int, t0: float, stop: float, own: Array) -> None:
+def line_of_motion(motion: PositionMap, piece: int, last: int, t0: float, stop: float, own: Array, part: int) -> None:
     """The line between the positions at t0 in `piece` and stop [s] in `last`, into `own` as in `robot_motion`."""
     knots = motion.knots
     drift = motion.drift
     gain = motion.gain
     e = (t0 - knots[piece]) / (knots[piece + 1] - knots[piece])
     f = (stop - knots[last]) / (knots[last + 1] - knots[last])
-    own[0] = t0
-    own[1] = stop
-    own[2] = value(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e)
-    own[5] = value(gain[last, 0], gain[last, 1], gain[last, 2], gain[last, 3], f)
+    own[part, 0] = t0
+    own[part, 1] = stop
+    own[part, 2] = value(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e)
+    own[part, 5] = value(gain[last, 0], gain[last, 1], gain[last, 2], gain[last, 3], f)
     for axis in range(drift.shape[2]):
         p = drift[piece, :, axis]
         q = drift[last, :, axis]
-        own[6 + 4 * axis] = value(p[0], p[1], p[2], p[3], e)
-        own[9 + 4 * axis] = value(q[0], q[1], q[2], q[3], f)
+        own[part, 6 + 4 * axis] = value(p[0], p[1], p[2], p[3], e)
+        own[part, 9 + 4 * axis] = value(q[0], q[1], q[2], q[3], f)
     for k in range(1 + drift.shape[2]):
-        first = own[2 + 4 * k]
-        end = own[5 + 4 * k]
-        own[3 + 4 * k] = (2.0 * first + end) / 3.0
-        own[4 + 4 * k] = (first + 2.0 * end) / 3.0
+        first = own[part, 2 + 4 * k]
+        end = own[part, 5 + 4 * k]
+        own[part, 3 + 4 * k] = (2.0 * first + end) / 3.0
+        own[part, 4 + 4 * k] = (first + 2.0 * end) / 3.0
 
 
 @kernel

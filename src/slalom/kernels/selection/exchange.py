@@ -225,6 +225,7 @@ BLOCKED = 1
 INADMISSIBLE = 2
 OVERLAPPING = 3
 UNDECIDED = 4
+BEYOND = 5
 
 
 class ChoiceProblem(NamedTuple):
@@ -234,6 +235,7 @@ class ChoiceProblem(NamedTuple):
     limits: Array  # (n, 5) the admissible set, see `geometry.boundaries`
     most_elements: int
     most_candidates: int
+    within: float
 
 
 @kernel
@@ -245,6 +247,7 @@ def nearest_free(
     hulls: MaybeHulls,
     most_elements: int,
     most_candidates: int,
+    within: float,
 ) -> tuple[int, Array, int, int]:
     """Status, nearest safe admissible control (3,), elements used, candidates examined.
 
@@ -252,6 +255,7 @@ def nearest_free(
         preferred: (3,). limits: (n, 5) the admissible set, see `geometry.boundaries`.
         most_elements, most_candidates: bounds on the work; reaching one, or MOST_WORK_IN_SPACE or MOST_WORK_IN_PLANE,
             gives UNDECIDED.
+        within: distance from `preferred` of the controls that count; BEYOND where none of them is free.
     """
     u = preferred.copy()
     gaps = np.empty(len(table.radius))
@@ -261,9 +265,10 @@ def nearest_free(
         return SAFE, center, 0, 1
     smallest = smallest_ball(limits, len(limits))
     farthest = limits[smallest, 4] + distance_from_center(limits, smallest, center)
+    farthest = min(farthest, within + distance(preferred, center))
     rows = np.empty(len(table.radius), np.int64)
     rows = rows[: cull(table, gaps, farthest, rows)]
-    problem = ChoiceProblem(dimension, limits, most_elements, most_candidates)
+    problem = ChoiceProblem(dimension, limits, most_elements, most_candidates, within)
     code, elements, examined = exchanged(u, problem, Culled(table, rows, gaps, center), hulls, farthest, allowed)
     return code, u, elements, examined
 
@@ -303,6 +308,8 @@ def exchanged(
         n = take(queue)
         if n == 0:
             break
+        if queue[n, 0] > problem.within * problem.within:
+            return BEYOND, elements, examined
         examined += 1
         if examined > problem.most_candidates or spent + WORK_SPAN * work.spans[0] > most_work:
             return UNDECIDED, elements, examined
@@ -421,6 +428,6 @@ def choose_many(
         limits = states.limits[i, : states.counts[i]]
         row_hulls = hulls_of_rows(hulls, hull, cut.turns)
         statuses[i], controls[i], _, _ = nearest_free(
-            preferred[i], d, limits, table, row_hulls, most_elements, most_candidates
+            preferred[i], d, limits, table, row_hulls, most_elements, most_candidates, np.inf
         )
     return controls, statuses

@@ -464,7 +464,7 @@ def nearest_within_bounds(
             scratch.work[0] += WORK_CHOICE
             within = limits[: 2 + count]
             code, safe, _, _ = nearest_free(
-                candidate, problem.dimension, within, table, hulls, FEW_ELEMENTS, FEW_CANDIDATES
+                candidate, problem.dimension, within, table, hulls, FEW_ELEMENTS, FEW_CANDIDATES, np.inf
             )
             if code != SAFE:
                 return False
