@@ -1,25 +1,32 @@
-"""Pictures of docs/tour.md, docs/view.md and README.md, taken from the view itself: `.venv/bin/python tools/tour.py`.
+"""Pictures of docs/tour.md, docs/view.md and README.md, and the explanations of docs/tour.md.
 
-It needs Chromium (`make chromium`) and Playwright. Look at each picture before you keep it.
+usage: .venv/bin/python tools/tour.py [--explanations]
+
+Pictures are taken from the view itself, which needs Chromium (`make chromium`) and Playwright. Look at each picture
+before you keep it.
 """
 
 import io
+import json
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
 
 from slalom import method
+from slalom.cli import call
 from slalom.sim import gallery, simulate
 from slalom.view import animate
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 APP = "document.getElementById('slalom').slalom"
@@ -43,7 +50,7 @@ def served(*arguments: str) -> Iterator[str]:
 
 
 @contextmanager
-def page_of(browser: Any, address: str, size: dict[str, int], scheme: str = "light") -> Iterator[Page]:
+def page_of(browser: Any, address: str, size: dict[str, int], scheme: str = "light") -> Iterator["Page"]:
     """A page of the view, once its run is complete."""
     context = browser.new_context(viewport=size, color_scheme=scheme, bypass_csp=True)
     page = context.new_page()
@@ -53,14 +60,14 @@ def page_of(browser: Any, address: str, size: dict[str, int], scheme: str = "lig
     context.close()
 
 
-def seek(page: Page, step: int) -> None:
+def seek(page: "Page", step: int) -> None:
     """Show a step with its control space."""
     page.evaluate(f"{APP}.seek({step})")
     page.wait_for_function(f"{APP}.model.control()?.step === {step}", timeout=60_000)
     page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
-def shot(page: Page, name: str) -> None:
+def shot(page: "Page", name: str) -> None:
     """Write a picture of the page."""
     page.wait_for_timeout(150)
     Image.open(io.BytesIO(page.screenshot())).convert("RGB").save(IMAGES / name, optimize=True)
@@ -129,8 +136,51 @@ def space_and_fleet(browser: Any) -> None:
         shot(page, "view_fleet.png")
 
 
+TOUR = IMAGES.parent / "tour.md"
+BEGIN, END = "<!-- begin of the explanations, written by tools/tour.py -->", "<!-- end of the explanations -->"
+EXPLAINED = (
+    "sample:crossing.yaml",
+    "head_on --set offset=0.5",
+    "sample:hall.yaml --at 4",
+    "roundabout_crossing --seed 3 --at 0.9",
+    "empty --at 4",
+)
+"""Scenes of the tour: arguments of `slalom explain`."""
+
+
+def told(arguments: str) -> str:
+    """What `slalom explain` tells of a scene: the command, its sentences but for alternatives, and what decided."""
+    found = io.StringIO()
+    with redirect_stdout(found):
+        call(["explain", *arguments.split(), "--json"])
+    result = json.loads(found.getvalue())
+    sentences = [one for one in result["sentences"] if not one.startswith("Alternative ")]
+    obstacles = [one["obstacle"] for one in result["passes"]] or [
+        each["obstacle"] for each in (result["preferred_hits"],) if each
+    ]
+    decisive = [f"obstacle `{one}`" for one in obstacles] + [f"limit `{one}`" for one in result["limits"]]
+    lines = [f"`slalom explain {arguments}`:", "", *(f"> {one}" for one in sentences), ""]
+    return "\n".join([*lines, f"Decisive: {', '.join(decisive)}."])
+
+
+def explanations() -> str:
+    """The part of docs/tour.md with the explanations."""
+    return "\n\n".join([BEGIN, *(told(each) for each in EXPLAINED), END])
+
+
+def written(text: str) -> str:
+    """The text of docs/tour.md with the explanations that the present code gives."""
+    before, _, rest = text.partition(BEGIN)
+    return before + explanations() + rest.partition(END)[2]
+
+
 def main() -> None:
-    """Make the run, and take the pictures."""
+    """Write the explanations; make the run, and take the pictures."""
+    TOUR.write_text(written(TOUR.read_text()))
+    if "--explanations" in sys.argv[1:]:
+        return
+    from playwright.sync_api import sync_playwright
+
     recording = simulate(gallery.build("roundabout_crossing", seed=3), method("nao"), seed=3)
     turning = hit_step([row[0] for row in recording.outcomes])
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:

@@ -20,6 +20,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import study_chart  # noqa: E402
 import tables  # noqa: E402
+import tour  # noqa: E402
 
 ROWS = [
     pytest.param(table, row, method, id=f"{tables.scenario_text(row)} {method}")
@@ -323,3 +324,10 @@ def test_measured_tables_are_found() -> None:
     written = "<!-- begin of the table a, written by tools/tables.py -->\n\n" + table
     assert [heading for heading, _ in measured_tables("a", f"# A\n\n{table}\n## B\n\n{words}\n{written}")] == ["robots"]
     assert len([one for page in PAGES for one in measured_tables(page, PAGES[page].read_text())]) > 30
+
+
+def test_the_explanations_of_the_tour_are_those_of_the_present_code() -> None:
+    """Else `tools/tour.py --explanations` writes them; each names an obstacle or a limit that decided."""
+    text = tour.TOUR.read_text()
+    assert text == tour.written(text)
+    assert len(re.findall(r"^Decisive: (obstacle|limit) `", text, re.MULTILINE)) == len(tour.EXPLAINED) == 5
