@@ -173,15 +173,15 @@ def relative_motion(
 
 
 @inlined
-def choose(
-    m: SelectionProblem, preferred: Array, d: int, most: float, within: float, u: Array
-) -> tuple[bool, float]:
+def choose(m: SelectionProblem, preferred: Array, d: int, most: float, within: float, u: Array) -> tuple[bool, float]:
     """Whether there is a free admissible control `within` a distance of `preferred` (3,), and the counted work [us].
 
     The one nearest to it goes into u (3,). With `most` [us] of work the answer may be False too early.
     """
     candidates = int(min(max(most, 0.0) / WORK_CONTROL, float(CANDIDATES)))
-    code, found, elements, examined = nearest_free(preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates, within)
+    code, found, elements, examined = nearest_free(
+        preferred, d, m.limits, m.table, m.hulls, ELEMENTS, candidates, within
+    )
     if code == SAFE:
         copy_into(u, found)
     per_element = WORK_ELEMENT if len(m.hulls) > 0 else 0.0

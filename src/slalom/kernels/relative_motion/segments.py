@@ -125,7 +125,9 @@ def robot_motion(motion: PositionMap, piece: int, t0: float, stop: float, own: A
     f = (stop - knots[piece]) / span
     own[part, 0] = t0
     own[part, 1] = stop
-    own[part, 2], own[part, 3], own[part, 4], own[part, 5] = restrict(gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f)
+    own[part, 2], own[part, 3], own[part, 4], own[part, 5] = restrict(
+        gain[piece, 0], gain[piece, 1], gain[piece, 2], gain[piece, 3], e, f
+    )
     for axis in range(drift.shape[2]):
         q = 6 + 4 * axis
         own[part, q], own[part, q + 1], own[part, q + 2], own[part, q + 3] = restrict(
