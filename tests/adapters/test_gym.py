@@ -366,6 +366,21 @@ def test_the_filter_of_many_worlds_is_that_of_each_to_the_bit(command):
 
 
 @pytest.mark.slow
+def test_filtered_robots_follow_what_was_applied_while_other_worlds_begin():
+    lengths = lambda seed: gallery.build("head_on", {"offset": 0.1, "duration": 0.5 + 0.2 * (seed % 3)})  # noqa: E731
+    many, seen = VectorSafetyFilter(RobotsEnv(3, lengths)), 0
+    many.reset(seed=0)
+    worlds = many.unwrapped.worlds
+    for _ in range(12):
+        before = worlds.velocity[:, 0].copy()
+        info = many.step(np.tile([1.0, 0.0], (3, 1)))[-1]
+        some = info["_applied"]
+        follows = (worlds.velocity[:, 0] - before) / worlds.period
+        np.testing.assert_allclose(follows[some], info["applied"][some], atol=1e-9)
+        seen += bool(some.any() and not some.all())
+    assert seen
+
+
 def test_many_blind_policies_collide_without_the_filter_and_not_with_it():
     bare = RobotsEnv(12, "roundabout_crossing", layouts=12)
     hits = []

@@ -499,7 +499,6 @@ class Worlds:
         self.steps[w] = 0
         self.acting[w] = True
         self.there[w] = True
-        self.certified = None
         self.robots.set(w, scenario)
         self._set_goals(w, range(len(scenario.robots)))
         away = np.linalg.norm(self._goal[w] - self.position[w], axis=1)

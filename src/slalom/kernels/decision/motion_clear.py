@@ -250,6 +250,14 @@ def least_change(r: int, row: int, rows: ObstaclePieces, tables: DecisionTables,
     return float(most)
 
 
+@inlined
+def is_blocked(
+    robot: Robot, r: int, row: int, u: Array, rows: ObstaclePieces, tables: DecisionTables, paths: Paths
+) -> bool:
+    """Whether every admissible control of response r certainly meets the body of a row; u (3,): see `least_change`."""
+    return bool(least_change(r, row, rows, tables, paths) > farthest_control(robot, r, u, tables.responses))
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # To follow an acceleration: the cost of a control is its distance from the preferred one.
 
@@ -299,7 +307,7 @@ def certain_response(
             if responses.each[r].error == 0.0:
                 least_cost = change * abs(responses.each[r].initial_acceleration[2]) / robot.max_acceleration
                 search.costs[k] = max(search.costs[k], least_cost)
-            if change > farthest_control(robot, r, controls.found, responses):
+            if is_blocked(robot, r, row, controls.found, rows, tables, search.scratch.paths):
                 search.costs[k] = np.inf
             begin = row
     return -1

@@ -22,7 +22,6 @@ from slalom.kernels.decision.costs import (
 )
 from slalom.kernels.decision.limits import (
     admissible_set,
-    farthest_control,
     is_measured_at_rest,
     is_too_fast,
     largest_error,
@@ -33,7 +32,7 @@ from slalom.kernels.decision.motion_clear import (
     UNKNOWN,
     certain_response,
     first_met,
-    least_change,
+    is_blocked,
     met_by_preferred,
     worth_within,
 )
@@ -63,7 +62,6 @@ from slalom.kernels.decision.tables import (
     DecisionTables,
     ObstaclePieces,
     ResponseSearch,
-    Robot,
     Scratch,
     SelectionProblem,
 )
@@ -302,8 +300,7 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
     rows, overlapping = obstacle_pieces(i, met, error, centers, radii, False, tables)
     if overlapping:
         return FALL_BACK
-    bounded = tables.bounds.first[i + 1] > tables.bounds.first[i]
-    if bounded and not obeys_turning_bounds(i, robots, tables.bounds, settings, np.empty(d), np.empty(d)):
+    if not obeys_turning_bounds(i, robots, tables.bounds, settings, scratch.position, scratch.velocity):
         return CONSTRAINED
     if without_margin:
         reduce_margin(1.0, rows)
@@ -473,10 +470,8 @@ def best_response(
         direct = which[k] < 0 and len(rows.pieces.body) >= DIRECT_TEST_ROWS and (not ordered or k == certain)
         row = met_by_preferred(i, r, 0, controls, met, rows, tables, scratch) if direct else UNKNOWN
         if row != -1:
-            if row >= 0 and least_change(r, row, rows, tables, scratch.paths) > farthest_control(
-                robot, r, u, responses
-            ):
-                closed[k] = True
+            closed[k] = row >= 0 and is_blocked(robot, r, row, u, rows, tables, scratch.paths)
+            if closed[k]:
                 continue
             if which[k] < 0:
                 which[k] = len(motions)
@@ -620,8 +615,7 @@ def change_manoeuvre(i: int, may_keep: bool, near: Indices, tables: DecisionTabl
     centers = np.empty((BALL_WINDOWS, 3))
     radii = np.empty(BALL_WINDOWS)
     reachable_balls(i, robots, responses, settings, centers, radii)
-    bounded = settings.budget < np.inf
-    safe = bounded and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT
+    safe = settings.budget < np.inf and committed and committed_is_clear(i, True, near, tables, search.scratch) == KEPT
     met = reachable_neighbours(i, near, centers, radii, robots)
     error = largest_error(robots.each[i], tables.responses)
     rows, overlapping = obstacle_pieces(i, met, error, centers, radii, settings.agrees, tables)
