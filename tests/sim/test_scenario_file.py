@@ -246,7 +246,8 @@ IN_ROBOT = (
     "acceleration_bounds, bounds, objective, position, goal"
 )
 AT_TOP = (
-    "name, robot, robots, obstacles, recording, start, duration, dt, replan, horizon, margin, patience, holds, guided, "
+    "name, robot, robots, obstacles, recording, walls, walls_unit, start, duration, dt, replan, horizon, "
+    "margin, patience, holds, guided, "
     "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
 )
 IN_RECORDING = (
