@@ -12,8 +12,9 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "sim": SIMULATOR,
     "view": (*SIMULATOR, "contourpy", "matplotlib"),
     "tracks": ("scipy",),
+    "gym": ("gymnasium", "pettingzoo"),
 }
-"""Modules without which `slalom.sim`, `slalom.view` and trackers without ids do not work, by their extra."""
+"""Modules without which `slalom.sim`, `slalom.view`, trackers without ids and environments do not work, by extra."""
 
 
 def first_missing(extra: str) -> str | None:

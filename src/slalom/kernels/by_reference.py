@@ -136,7 +136,12 @@ def _read_field(context: Any, builder: Any, reference: TableReference, address: 
 # The caller holds the arrays of a table as long as its address is used.
 
 
-@intrinsic
+def in_kernels(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of kernels, without the argument of its context."""
+    return intrinsic(function)
+
+
+@in_kernels
 def size_of(_context: Any, table: Any) -> Any:
     """In kernels: the bytes that a `table` takes in memory."""
 
@@ -147,7 +152,7 @@ def size_of(_context: Any, table: Any) -> Any:
     return types.int64(table), code
 
 
-@intrinsic
+@in_kernels
 def put_table(_context: Any, address: Any, table: Any) -> Any:
     """In kernels: write a `table` to an `address`, at which `size_of` bytes are free."""
 
@@ -159,7 +164,7 @@ def put_table(_context: Any, address: Any, table: Any) -> Any:
     return types.void(types.int64, table), code
 
 
-@intrinsic
+@in_kernels
 def table_at(_context: Any, address: Any, like: Any) -> Any:
     """In kernels: a reference to the table at an `address`, of the type of the table `like`."""
     reference = like if isinstance(like, TableReference) else TableReference(like)
@@ -170,7 +175,7 @@ def table_at(_context: Any, address: Any, like: Any) -> Any:
     return reference(types.int64, like), code
 
 
-@intrinsic
+@in_kernels
 def put_now(_context: Any, table: Any, now: Any) -> Any:
     """In kernels: write the number `now` into the field of that name of a table by reference."""
     number, _ = table.field("now")

@@ -229,20 +229,18 @@ class Certifiers:
         """Decide in `some` worlds (m,) by the kernel; accelerations (n, d) [m/s^2] go into `applied`."""
         begin = np.where(self._absolute, now, 0.0)
         # Tables with corners of hulls are of another type.
-        with_corners = np.array([bool(self._tables[w].bodies.corners) for w in some.tolist()], np.bool_)  # type: ignore[union-attr]
+        with_corners = np.array([bool(self._tables[w].bodies.corners) for w in some.tolist()], np.bool_)
         # Worlds of one scenario follow each other: their obstacles stay in the processor's cache.
         scenes = np.array([id(self._of[w]) for w in some.tolist()], np.int64)
         order = np.lexsort((now[some], scenes))
         some, with_corners = some[order], with_corners[order]
         for part in (some[with_corners], some[~with_corners]):
             if len(part):
-                like = self._tables[part[0]]
-                map_in_threads(
-                    lambda rows, like=like: kernels.decide_worlds(rows, self._places, now, begin, like, applied),
-                    part,
-                    kernels.threads(),
-                    WORLDS_PER_THREAD,
-                )
+                decide = partial(self._decide_rows, now, begin, self._tables[part[0]], applied)
+                map_in_threads(decide, part, kernels.threads(), WORLDS_PER_THREAD)
+
+    def _decide_rows(self, now: Array, begin: Array, like: Any, applied: Array, rows: Indices) -> None:
+        kernels.decide_worlds(rows, self._places, now, begin, like, applied)
 
     def _refresh(self, w: int, now: float) -> None:
         """Make the tables of world w, which serve from now [s] on as long as they do not change."""

@@ -39,7 +39,7 @@ def decide_worlds(
     before = np.empty(d)
     after = np.empty(d)
     for w in some:
-        tables = table_at(places[w], like)
+        tables: DecisionTables = table_at(places[w], like)
         settings = tables.settings
         put_now(settings, now[w])
         put_now(tables.bodies, begin[w])
