@@ -1,12 +1,11 @@
 """Forecasts of tracks from several motion models, and the radius of their errors."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import isnan
 from statistics import median
 from typing import ClassVar, Final, NamedTuple
-from weakref import ref
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from slalom.base.checks import Array, NotNegative, check_fields, whole
 from slalom.base.tolerances import LONGEST_FORECAST, REST, SIMILAR_MEMORY, SIMILAR_VELOCITY_SPAN, WHOLE_COUNT
 from slalom.kernels.arrays import Indices, TrackSamples
 from slalom.model.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Stationary, Trajectory
+from slalom.model.trajectory.kinds import positions_of
 from slalom.model.uncertainty import BoundedError
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -258,10 +258,6 @@ def _fit(k: int, newest: int, samples: int, order: int) -> Array:
 # multiples of one spacing, are searched for motions that began near the present one with nearly its velocity.
 
 
-SIMILAR_BLOCK: Final = 200
-"""[spacings] Past positions that are sampled and kept together. Larger: the newest ones are sampled anew more often."""
-
-
 Trajectories = tuple[Trajectory, ...]
 
 
@@ -286,7 +282,7 @@ class SimilarMotions:
 
         velocities: (n, d) [m per spacing]. times: [spacings] whole, from 0 on.
         """
-        samples = _sampled(self.tracks, self.spacing, self.step).until(self.step)
+        samples = _samples(self.tracks, self.spacing).until(self.step)
         return kernels.similar_displacements(places, velocities, times, samples, self.count)
 
     def past_errors(self, tracks: Sequence[Trajectory], lead: int, checks: Sequence[int]) -> list[list[float]]:
@@ -296,12 +292,11 @@ class SimilarMotions:
         """
         numbers = {id(track): k for k, track in enumerate(self.tracks)}
         some = [numbers[id(track)] for track in tracks if id(track) in numbers]
-        sampled = _sampled(self.tracks, self.spacing, self.step)
-        places, errors = sampled.positions[np.searchsorted(sampled.rows, some)], []
+        samples, errors = _samples(self.tracks, self.spacing), []
         for ago in checks:
-            moment = _Moment(self.tracks, self.spacing, self.step - ago - lead, ref(sampled))
+            moment = _Moment(self.tracks, self.spacing, self.step - ago - lead)
             expected = _expected(moment, lead, self.count)
-            errors.append(np.linalg.norm(expected[some] - places[:, -1 - ago], axis=1))
+            errors.append(np.linalg.norm(expected[some] - samples.at(self.step - ago)[some], axis=1))
         each = dict(zip(some, np.array(errors).T.tolist()))
         return [[e for e in each.get(numbers.get(id(track), -1), []) if not isnan(e)] for track in tracks]
 
@@ -311,97 +306,86 @@ def rounded(spacing: float) -> float:
     return round(spacing, 2 - int(np.floor(np.log10(spacing))))
 
 
-@dataclass(frozen=True, eq=False)
-class _Sampled:
-    """Samples of tracks up to a step, of more steps than are searched: they serve earlier steps too."""
+class _Samples:
+    """Positions of tracks at the steps so far, which grow with every decision and are sampled once each."""
 
-    rows: Indices  # (r,) the tracks that exist then
-    positions: Array  # (r, k, d) [m] nan where a track does not exist
-    first: Indices  # (r,) the first column of each
-    last: Indices  # (r,) its last column
-    longest: Array  # (r,) [m] the longest way of each in one spacing
-    step: int  # of the last column
+    def __init__(self, tracks: Trajectories, spacing: float) -> None:
+        self._tracks, self._spacing = tracks, spacing
+        self._spans = np.array([track.span for track in tracks])
+        self._begin = self._end = 0  # the steps that are sampled
+        self._positions = np.empty((len(tracks), 0, tracks[0].dimension))  # nan where a track does not exist
+        self._first = np.zeros(len(tracks), np.int64)  # the first column of each track
+        self._last = np.full(len(tracks), -1)  # its last column
+        self._longest = np.zeros(len(tracks))  # [m] its longest way in one spacing
 
     def until(self, step: int) -> TrackSamples:
         """The samples of the last SIMILAR_MEMORY steps up to `step`."""
-        column = self.positions.shape[1] - 1 - (self.step - step)
-        first, last = np.maximum(self.first, column - SIMILAR_MEMORY), np.minimum(self.last, column)
-        return TrackSamples(self.positions, first, last, self.longest)
+        self._reach(step)
+        column = step - self._begin
+        first, last = np.maximum(self._first, column - SIMILAR_MEMORY), np.minimum(self._last, column)
+        return TrackSamples(self._positions, first, last, self._longest)
+
+    def at(self, step: int) -> Array:
+        """Positions (n, d) [m] at a step; nan where a track does not exist."""
+        self._reach(step)
+        return self._positions[:, step - self._begin]
+
+    def _reach(self, step: int) -> None:
+        """Sample up to `step`; anew from SIMILAR_MEMORY before where it is earlier, or where there are many columns."""
+        oldest = step - 2 * SIMILAR_MEMORY
+        if not self._begin + SIMILAR_MEMORY <= step <= max(self._end, self._begin + 4 * SIMILAR_MEMORY) - 1:
+            self._begin = self._end = oldest
+            self._positions = np.full((len(self._tracks), 0, self._positions.shape[2]), np.nan)
+            self._first[:], self._last[:], self._longest[:] = 0, -1, 0.0
+        if step < self._end:
+            return
+        room = step + 1 - self._begin - self._positions.shape[1]
+        if room > 0:
+            more = np.full((len(self._tracks), room + SIMILAR_MEMORY // 4, self._positions.shape[2]), np.nan)
+            self._positions = np.concatenate([self._positions, more], axis=1)
+        steps = np.arange(self._end, step + 1)
+        times = self._spacing * steps
+        firsts, lasts = np.searchsorted(times, self._spans[:, 0]), np.searchsorted(times, self._spans[:, 1], "right")
+        parts: dict[tuple[int, int], list[int]] = {}
+        for k in np.flatnonzero(firsts < lasts).tolist():
+            parts.setdefault((int(firsts[k]), int(lasts[k])), []).append(k)
+        offset = self._end - self._begin
+        for (first, last), some in parts.items():
+            each = np.broadcast_to(times[first:last], (len(some), last - first))
+            self._positions[some, offset + first : offset + last] = positions_of([self._tracks[k] for k in some], each)
+            fresh = [k for k in some if self._last[k] < self._first[k]]
+            self._first[fresh], self._last[some] = offset + first, offset + last - 1
+        ways = np.linalg.norm(np.diff(self._positions[:, max(offset - 1, 0) : offset + len(steps)], axis=1), axis=2)
+        self._longest = np.maximum(self._longest, np.nan_to_num(ways).max(axis=1, initial=0.0))
+        self._end = step + 1
 
 
-@dataclass(frozen=True)
-class _Moment:
-    """A step of tracks. What is known at it does not depend on how much later the samples end.
+@lru_cache(maxsize=4)
+def _samples(tracks: Trajectories, spacing: float) -> _Samples:
+    return _Samples(tracks, spacing)
 
-    Moments are keys of a cache, which would keep the samples without a weak reference.
-    """
+
+class _Moment(NamedTuple):
+    """A step of tracks. What is known at it does not depend on how much later the samples end."""
 
     tracks: Trajectories
     spacing: float
     step: int
-    sampled: "ref[_Sampled]" = field(compare=False)
 
 
 @lru_cache(maxsize=64)
 def _expected(at: _Moment, lead: int, count: int) -> Array:
     """Positions (n, d) [m] that were expected at a step for `lead` spacings later; nan for tracks that were not."""
-    sampled, span = at.sampled(), SIMILAR_VELOCITY_SPAN
-    assert sampled is not None
-    samples, newest = sampled.until(at.step), sampled.positions.shape[1] - 1 - (sampled.step - at.step)
-    there = np.flatnonzero((samples.last == newest) & (samples.first <= newest - span))
-    places, before = samples.positions[there, newest], samples.positions[there, newest - span]
-    moved = kernels.similar_displacements(places, (places - before) / span, np.array([lead]), samples, count)
+    span, samples = SIMILAR_VELOCITY_SPAN, _samples(at.tracks, at.spacing).until(at.step)
     found = np.full((len(at.tracks), at.tracks[0].dimension), np.nan)
-    found[sampled.rows[there]] = places + moved[:, 0, :-2]
+    newest = int(samples.last.max(initial=-1))
+    places = _samples(at.tracks, at.spacing).at(at.step)
+    before = _samples(at.tracks, at.spacing).at(at.step - span)
+    there = np.flatnonzero(~np.isnan(places[:, 0]) & ~np.isnan(before[:, 0]) & (samples.last == newest))
+    velocities = (places[there] - before[there]) / span
+    moved = kernels.similar_displacements(places[there], velocities, np.array([lead]), samples, count)
+    found[there] = places[there] + moved[:, 0, :-2]
     return found
-
-
-class _Block(NamedTuple):
-    """Positions at consecutive steps."""
-
-    rows: Indices  # (r,) the tracks that exist then
-    positions: Array  # (r, k, d) [m] nan where a track does not exist
-
-
-@lru_cache(maxsize=4)
-def _sampled(tracks: Trajectories, spacing: float, step: int) -> _Sampled:
-    """The samples up to `step`, of whole blocks before it."""
-    numbers = range((step - SIMILAR_MEMORY) // SIMILAR_BLOCK - 1, (step + 1) // SIMILAR_BLOCK)
-    blocks = [_whole_block(tracks, spacing, number) for number in numbers]
-    blocks.append(_block(tracks, spacing, numbers.stop * SIMILAR_BLOCK, step + 1))
-    rows, column = np.unique(np.concatenate([block.rows for block in blocks])), 0
-    columns = sum(block.positions.shape[1] for block in blocks)
-    positions = np.full((len(rows), columns, tracks[0].dimension), np.nan)
-    for block in blocks:
-        end = column + block.positions.shape[1]
-        positions[np.searchsorted(rows, block.rows), column:end] = block.positions
-        column = end
-    there = ~np.isnan(positions[..., 0])
-    first, last = there.argmax(axis=1), columns - 1 - there[:, ::-1].argmax(axis=1)
-    ways = np.nan_to_num(np.linalg.norm(np.diff(positions, axis=1), axis=2))
-    return _Sampled(rows, positions, first, last, ways.max(axis=1), step)
-
-
-@lru_cache(maxsize=64)
-def _whole_block(tracks: Trajectories, spacing: float, number: int) -> _Block:
-    return _block(tracks, spacing, number * SIMILAR_BLOCK, (number + 1) * SIMILAR_BLOCK)
-
-
-def _block(tracks: Trajectories, spacing: float, begin: int, end: int) -> _Block:
-    """The tracks at the steps from `begin` to `end`."""
-    times, spans = spacing * np.arange(begin, end), _spans(tracks)
-    firsts, lasts = np.searchsorted(times, spans[:, 0]), np.searchsorted(times, spans[:, 1], side="right")
-    rows = np.flatnonzero(firsts < lasts)
-    positions = np.full((len(rows), len(times), tracks[0].dimension), np.nan)
-    for row, k in enumerate(rows.tolist()):
-        positions[row, firsts[k] : lasts[k]] = tracks[k].position(times[firsts[k] : lasts[k]])
-    return _Block(rows, positions)
-
-
-@lru_cache(maxsize=8)
-def _spans(tracks: Trajectories) -> Array:
-    """First and last time (n, 2) [s] of each track."""
-    return np.array([track.span for track in tracks])
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -532,19 +516,28 @@ def _ahead(
 
     known: tracks, of whose motions up to `similar` count.
     """
-    found, pasts = dict[int, _Ahead](), list[_Past]()
+    found, pasts, counts = dict[int, _Ahead](), list[_Past](), dict[int, list[tuple[int, float, float]]]()
     for k, trajectory in enumerate(trajectories):
-        position = trajectory.position(now)
         first = trajectory.span[0]
         usual = _spacing(trajectory, now)
         spacing = min(usual, (now - first) / FEWEST_PAST)
+        count = 0
         if spacing > 0.0:
             count = int(min(LONGEST_PAST, max(np.floor((now - first) / spacing * (1.0 + WHOLE_COUNT)), FEWEST_PAST)))
-            positions = trajectory.position(np.maximum(now - spacing * np.arange(count + 1), first))
-            if np.abs(positions[: MODEL_LEAD + 1] - position).max() > REST * MODEL_LEAD * spacing:
-                pasts.append(_Past(k, trajectory, spacing, spacing == usual, positions))
-                continue
-        found[k] = _Ahead(((1.0, ConstantVelocity(position, 0.0 * position, now)),))
+        counts.setdefault(count, []).append((k, spacing, usual))
+    for count, some in counts.items():
+        spacings = np.array([spacing for _, spacing, _ in some])
+        tracks = [trajectories[k] for k, _, _ in some]
+        firsts = np.array([track.span[0] for track in tracks])
+        times = np.maximum(now - spacings[:, None] * np.arange(count + 1), firsts[:, None])
+        positions = positions_of(tracks, times)
+        ways = np.abs(positions[:, : MODEL_LEAD + 1] - positions[:, :1]).max(axis=(1, 2))
+        for (k, spacing, usual), track, own, way in zip(some, tracks, positions, ways.tolist(), strict=True):
+            if way > REST * MODEL_LEAD * spacing:
+                pasts.append(_Past(k, track, spacing, spacing == usual, own))
+            else:
+                found[k] = _Ahead(((1.0, ConstantVelocity(own[0], 0.0 * own[0], now)),))
+    pasts.sort(key=lambda past: past.number)
     more = _similar(pasts, now, known, similar) if similar and known and pasts else None
     alike: dict[tuple[int, ...], list[int]] = {}
     for row, past in enumerate(pasts):

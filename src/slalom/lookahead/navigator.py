@@ -61,7 +61,7 @@ class Scene(NamedTuple):
     now: float
     deadline: float  # [s] later arrivals do not count
     given: Obstacles  # as passed by the caller
-    motions: Sequence[Obstacle]  # on their predicted trajectories
+    motions: Sequence[Obstacle]  # on their predicted trajectories, with all of their uncertainty
     prediction: PredictedObstacles
     before: Decision | None
     previous: SequenceDecision | None  # `before`, if it is one
@@ -71,11 +71,17 @@ class Scene(NamedTuple):
         """The scene with `share` of every uncertainty; the same if none is uncertain."""
         if share == self.doubt or all(motion.uncertainty is None for motion in self.motions):
             return self
-        motions = [
-            motion if motion.uncertainty is None else replace(motion, uncertainty=Scaled(motion.uncertainty, share))
-            for motion in self.motions
+        part = self.prediction.with_share(self.motions, self.now, share / self.doubt)
+        return self._replace(prediction=part, doubt=share)
+
+    def uncertain(self) -> Sequence[Obstacle]:
+        """The motions with the share of their uncertainty that counts."""
+        if self.doubt == 1.0:
+            return self.motions
+        return [
+            one if one.uncertainty is None else replace(one, uncertainty=Scaled(one.uncertainty, self.doubt))
+            for one in self.motions
         ]
-        return self._among(motions)._replace(doubt=share)
 
     def without(self, given_up: Flags) -> "Scene":
         """The scene without some of the motions (n,); the same without none."""
@@ -247,7 +253,7 @@ def alone(scene: Scene) -> Decision:
     navigator, method = scene.navigator, replace(scene.navigator.method, looks_ahead=False)
     around, whole = scene.given, scene.doubt == 1.0
     if not whole or not all(motion.probability == 1.0 for motion in scene.motions):
-        around = [replace(motion, probability=1.0) for motion in scene.motions]
+        around = [replace(motion, probability=1.0) for motion in scene.uncertain()]
         method = replace(method, forecast=Known())
     without_search = replace(navigator, method=method, margin=scene.doubt * navigator.margin)
     decision = without_search.decide(scene.state, around, scene.goal, now=scene.now, previous=scene.before)
@@ -259,7 +265,7 @@ def rests_clear(scene: Scene, arrival: float) -> bool:
 
     True for a goal to pass, and for an arrival beyond the horizon.
     """
-    left, there = scene.now + scene.navigator.horizon - arrival, [m for m in scene.motions if m.exists(arrival)]
+    left, there = scene.now + scene.navigator.horizon - arrival, [m for m in scene.uncertain() if m.exists(arrival)]
     if not scene.goal.stop or left <= scene.navigator.period or not there:
         return True
     rest, window = State(scene.goal.position(arrival), 0.0 * scene.state.velocity), ObstacleWindow(there, arrival, left)
@@ -325,7 +331,7 @@ def search_in(
 def sequence_decision(scene: Scene, search: Search, outcome: Outcome) -> SequenceDecision:
     """Decision for the sequence that a search found."""
     motion = search.manoeuvre(scene.state, scene.now)
-    table = ObstacleWindow(scene.motions, scene.now, scene.navigator.horizon)
+    table = ObstacleWindow(scene.uncertain(), scene.now, scene.navigator.horizon)
     blocked = ControlObstacle(motion.response, scene.state, table, scene.navigator.robot, search.problem.margin)
     return SequenceDecision(
         *(motion, outcome, motion.control, made(blocked)),

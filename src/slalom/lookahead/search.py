@@ -32,7 +32,7 @@ class PredictedObstacles:
     Attributes:
         obstacles: the sequence that the table was built for, if it serves more than one decision; else None.
         includes_future: whether obstacles that appear later are known now.
-        index: the table.
+        index: the table. owner: (n,) the obstacle of each of its rows.
     """
 
     obstacles: Sequence[Obstacle] | None
@@ -40,6 +40,7 @@ class PredictedObstacles:
     start: float
     end: float
     index: SpacetimeIndex
+    owner: Indices
 
     @classmethod
     def of(
@@ -60,7 +61,21 @@ class PredictedObstacles:
         """
         bodies = ObstacleWindow(predictions, start, end - start).bodies(robot)
         appearances = np.array([obstacle.trajectory.span[0] for obstacle in predictions], dtype=np.float64)
-        return cls(obstacles, include_future, start, end, _spacetime_index(bodies, appearances, start, end, width))
+        index = _spacetime_index(bodies, appearances, start, end, width)
+        return cls(obstacles, include_future, start, end, index, bodies.each["owner"][bodies.pieces.body])
+
+    def with_share(self, predictions: Sequence[Obstacle], decided: float, share: float) -> "PredictedObstacles":
+        """The table with a `share` [1] of the uncertainty of the predictions, made at `decided` [s], that it is of."""
+        index, radii = self.index, np.zeros(self.index.times.shape)
+        for k, obstacle in enumerate(predictions):
+            if obstacle.uncertainty is not None:
+                rows = self.owner == k
+                radii[rows] = obstacle.uncertainty.radius(index.times[rows] - decided, obstacle.dimension)
+        less = (1.0 - share) * radii[:, 0]
+        grown = (1.0 - share) * (radii[:, 1] - radii[:, 0])
+        largest = index.bounding_radius - less - np.maximum(index.growth, 0.0) + np.maximum(index.growth - grown, 0.0)
+        part = index._replace(radius=index.radius - less, growth=index.growth - grown, bounding_radius=largest)
+        return replace(self, obstacles=None, index=part)
 
     def covers(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
         """Whether the table is still valid for these obstacles from `now` to `until` [s]."""

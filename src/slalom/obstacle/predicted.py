@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 
     obstacle = obstacle.known_at(now)
     if isinstance(forecast, FromModels):
         trajectory, error = forecast.with_error(obstacle.trajectory, now, rise)
-        return _moving(_uncertain(obstacle, error), trajectory, now)
+        return _moving(obstacle, trajectory, now, error)
     trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:
         return obstacle
@@ -50,15 +51,14 @@ def futures(
     seen = [obstacle.continued.trajectory for obstacle in obstacles]
     several = forecast.predictions([one.trajectory for one in known], now, rise, seen)
     for one, number, (each, error) in zip(known, there, several, strict=True):
-        unsure = _uncertain(one, error)
         if len(each) == 1:
-            found.append([_moving(unsure, each[0][1], now)])
+            found.append([_moving(one, each[0][1], now, error)])
             continue
-        one_of_several = unsure.probability < 1.0
-        owner = unsure.owner or unsure.name if one_of_several else f"{unsure.name} (obstacle {number})"
+        one_of_several = one.probability < 1.0
+        owner = one.owner or one.name if one_of_several else f"{one.name} (obstacle {number})"
         found.append(
             [
-                replace(_moving(unsure, trajectory, now), probability=unsure.probability * p, owner=owner)
+                replace(_moving(one, trajectory, now, error), probability=one.probability * p, owner=owner)
                 for p, trajectory in each
             ]
         )
@@ -68,18 +68,19 @@ def futures(
 _NONE = BoundedError()
 
 
-def _uncertain(obstacle: Obstacle, error: BoundedError) -> Obstacle:
-    """The obstacle with this error of its prediction, unless it has an uncertainty of its own."""
-    return replace(obstacle, uncertainty=error) if obstacle.uncertainty is None and error != _NONE else obstacle
-
-
-def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float) -> Obstacle:
-    """The obstacle on a predicted trajectory."""
+def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float, error: BoundedError = _NONE) -> Obstacle:
+    """The obstacle on a predicted trajectory, with this error of it unless it has an uncertainty of its own."""
+    changed: dict[str, Any] = {"trajectory": trajectory}
+    if obstacle.uncertainty is None and error != _NONE:
+        changed["uncertainty"] = error
     if isinstance(obstacle.heading, Headings):
-        return replace(obstacle, trajectory=trajectory, heading=float(obstacle.heading.angle(now)))
-    if obstacle.turns:
-        rests = np.linalg.norm(trajectory.velocity(now)) <= REST
-        if rests and not np.any(trajectory.acceleration(now)):
-            x, y = obstacle.direction(now)
-            return replace(obstacle, trajectory=trajectory, heading=float(np.arctan2(y, x)))
-    return replace(obstacle, trajectory=trajectory)
+        changed["heading"] = float(obstacle.heading.angle(now))
+    elif obstacle.turns and _rests(trajectory, now):
+        x, y = obstacle.direction(now)
+        changed["heading"] = float(np.arctan2(y, x))
+    return replace(obstacle, **changed)
+
+
+def _rests(trajectory: Trajectory, now: float) -> bool:
+    """Whether an obstacle is predicted to stay at rest."""
+    return bool(np.linalg.norm(trajectory.velocity(now)) <= REST) and not np.any(trajectory.acceleration(now))

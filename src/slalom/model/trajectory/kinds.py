@@ -254,6 +254,26 @@ class PiecewisePolynomial:
         return np.array(times), np.array(errors)
 
 
+def positions_of(tracks: Sequence[Trajectory], times: Array) -> Array:
+    """Positions (n, k, d) [m] of n tracks at `times` (n, k) [s], to the bit those of `position`.
+
+    Those of `Sampled` take less time together than one by one.
+
+    Raises:
+        OutsideSpan: a time at which a track does not exist.
+    """
+    sampled = [k for k, track in enumerate(tracks) if isinstance(track, Sampled)]
+    found = np.empty((*times.shape, tracks[0].dimension))
+    for k, track in enumerate(tracks):
+        if not isinstance(track, Sampled):
+            found[k] = track.position(times[k])
+    if sampled:
+        local = [tracks[k]._local(times[k]) for k in sampled]  # type: ignore[attr-defined]  # they are Sampled
+        points, _, shares = (np.stack(column) for column in zip(*local, strict=True))
+        found[sampled] = _cubic(points, shares)
+    return found
+
+
 def cubic_paths(several: Sequence[PiecewisePolynomial], start: float, end: float) -> tuple[Array, Array]:
     """The paths of cubic trajectories with the same `times` at once: knots (q + 1,) [s], control points (n, q, 4, d).
 
@@ -280,6 +300,14 @@ def _control_points(coefficients: Array, slopes: Array, begin: Array, end: Array
     points[..., 3, :] = _values(coefficients, end)
     points[..., 2, :] = points[..., 3, :] - third * _values(slopes, end)
     return points
+
+
+def _cubic(points: Array, share: Array) -> Array:
+    """Points (..., d) of cubic pieces with control points (..., 4, d) at the share (...) [1] of their duration."""
+    s = share[..., None]
+    r = 1 - s
+    p0, p1, p2, p3 = (points[..., k, :] for k in range(4))
+    return np.asarray(r * r * r * p0 + 3 * s * r * r * p1 + 3 * s * s * r * p2 + s * s * s * p3)
 
 
 def _values(coefficients: Array, t: Array) -> Array:
@@ -505,13 +533,7 @@ class Sampled:
 
     def position(self, t: npt.ArrayLike) -> Array:
         points, _, s = self._local(t)
-        s = s[..., None]
-        r = 1 - s
-        p0 = points[..., 0, :]
-        p1 = points[..., 1, :]
-        p2 = points[..., 2, :]
-        p3 = points[..., 3, :]
-        return np.asarray(r * r * r * p0 + 3 * s * r * r * p1 + 3 * s * s * r * p2 + s * s * s * p3)
+        return _cubic(points, s)
 
     def velocity(self, t: npt.ArrayLike) -> Array:
         points, h, s = self._local(t)
