@@ -166,6 +166,7 @@ def test_a_file_names_a_table_of_agents_and_leads_them_by_routes(tmp_path: Path)
         ("x,y,goal_x\n0,0,1\n", r"people\.csv:1: expected a header with x,y,goal_x,goal_y"),
         ("x,y,goal_x,goal_y,radius,max_speed\n0,0,one,1,1,1\n", r"people\.csv:2: goal_x: expected a number"),
         ("x,y,goal_x,goal_y,radius,max_speed\n0,0,1,1,0,1\n", r"people\.csv:2: radius: expected a number above 0"),
+        ("t,x,y,goal_x,goal_y\n0,0,0,1,1\n", r"robots\.0\.table: expected columns among x, .*, found t"),
         ("x,y,goal_x,goal_y,radius\n0,0,1,1,1\n", r"a\.yaml:4:\d+: robots\.0\.table: expected a column max_speed"),
         (
             "x,y,goal_x,goal_y,radius,max_speed\n-3,0,-3,0,0.2,1\n",

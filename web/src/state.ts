@@ -31,7 +31,8 @@ export async function write(held: Held): Promise<void> {
   const found = new URLSearchParams();
   for (const [name, value] of Object.entries(held))
     if (value !== undefined) found.set(name, name === "scene" ? await packed(String(value)) : String(value));
-  history.replaceState(null, "", `#${found}`);
+  // A frame without an address of its own, as of a notebook, has no history to write to.
+  if (location.protocol !== "about:") history.replaceState(null, "", `#${found}`);
 }
 
 export async function read(): Promise<Held> {

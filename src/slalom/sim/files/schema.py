@@ -449,6 +449,9 @@ def robots_of(
     return found
 
 
+TABLE_COLUMNS: Final = ("x", "y", "goal_x", "goal_y", "name", "radius", "max_speed")
+
+
 def robots_of_table(
     file: Path, content: Mapping[str, Any], place: Place, number: int, mistakes: Mistakes
 ) -> list[WrittenRobot]:
@@ -467,6 +470,10 @@ def robots_of_table(
     except InvalidFile as error:
         mistakes.mistakes.extend(error.mistakes)
         return []
+    for name in table.names:
+        if name not in TABLE_COLUMNS:
+            mistakes.note((*place, "table"), f"expected columns among {', '.join(TABLE_COLUMNS)}, found {name}")
+            return []
     for key in ("radius", "max_speed"):
         if key not in columns and key not in content and not (key == "radius" and "shape" in content):
             mistakes.note((*place, "table"), f"expected a column {key}, or this key; found neither")
