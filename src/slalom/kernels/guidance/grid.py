@@ -212,6 +212,7 @@ def path_lengths(
     waiting = 1
     lengths[queue[0][0]] = 0.0
     bucket = int(free_length(goal[0], goal[1], c, d) / BUCKET_WIDTH)
+    last = bucket
     latest[bucket % len(latest)] = 0
     while waiting > 0:
         entry = latest[bucket % len(latest)]
@@ -246,11 +247,15 @@ def path_lengths(
                 lengths[to] = through
                 following[to] = cell
                 # No estimate falls, but for rounding.
-                place = max(int((through + free_length(u, v, c, d)) / BUCKET_WIDTH), bucket) % len(latest)
+                place = max(int((through + free_length(u, v, c, d)) / BUCKET_WIDTH), bucket)
+                last = max(last, place)
+                place %= len(latest)
                 queue.append((to, through, latest[place]))
                 latest[place] = len(queue) - 1
                 waiting += 1
-    latest[:] = -1
+    # Most buckets were never used, those below the present one are empty.
+    for place in range(bucket, last + 1):
+        latest[place % len(latest)] = -1
     return queue
 
 
