@@ -618,6 +618,19 @@ def archive(**content: object) -> Callable[[Path], object]:
     return call
 
 
+def square_archive(folder: Path) -> object:
+    """Records of the archive in rows and columns are no list."""
+    import h5py
+
+    write_hdf5(folder / "square.h5", WALK)
+    with h5py.File(folder / "square.h5", "r+") as file:
+        records = file["trajectory"][:16].reshape(4, 4)
+        del file["trajectory"]
+        file["trajectory"] = records
+        file["trajectory"].attrs["fps"] = 25.0
+    return read_recording(folder / "square.h5")
+
+
 def run_as_recording(folder: Path) -> object:
     """A run of slalom is no recording."""
     write_run(folder / "run.h5")
@@ -1586,6 +1599,7 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"archive\.h5: expected records `trajectory` with .*, found y: expected it in the file": archive(
         fields="id frame x"
     ),
+    r"square\.h5: expected records .*, found trajectory: expected a list, found shapes \[\(4, 4\)": square_archive,
     r"run\.h5: expected a recording, found a run of slalom, which is over: `slalom show`": run_as_recording,
     r"silent\.sqlite: metadata: expected version 1 or 2 and fps above 0, found 2 and none": silent_database,
     r"none\.csv: expected a readable file, found ": lambda folder: read_recording(folder / "none.csv"),
