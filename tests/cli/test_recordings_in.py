@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from commands import Say, saying
 from draws import draws
-from recording_formats import RECORDED, SAMPLES, WALK, recorded
+from recording_formats import RECORDED, SAMPLES, WALK, recorded, write_hdf5
 
 from slalom import (
     FORESIGHTS,
@@ -414,6 +414,22 @@ def test_robots_that_have_left_are_not_written(say: Say) -> None:
     read = read_recording("run.csv")
     assert {agent.kind for agent in read.agents.values()} == {"robot"}
     assert {agent.radius for agent in read.agents.values()} == {1.5}
+
+
+def test_runs_and_recordings_in_hdf5(say: Say, tmp_path: Path) -> None:
+    """Their content distinguishes them; walls of a recording are written again, and a run is no recording."""
+    area = "POLYGON ((-9 -9, 9 -9, 9 9, -9 9, -9 -9), (2 2, 3 2, 3 4, 2 2))"
+    write_hdf5(tmp_path / "walk.h5", WALK, area)
+    assert say("convert", "walk.h5", "walk.sqlite").code == 0
+    (again,) = [wall for wall in read_recording("walk.sqlite").walls if len(wall) == 4]
+    assert abs(again - read_recording("walk.h5").walls[1]).max() < 0.1
+    said = say("run", "walk.h5", "--start=-5,-5", "--goal=-5,-3", "--out", "run.h5")
+    assert said.code == 1  # the recording lasts 0.88 s
+    assert "2 walls" in said.err
+    assert say("convert", "run.h5", "run.csv").code == 0
+    refused = say("run", "run.h5")
+    assert "found the run 'run.h5', which is over" in refused.err
+    assert say("convert", "walk.h5", "agents.csv", "--per-agent").code == 0
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -5,13 +5,16 @@ import runpy
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from pages import PAGES, ROOT, blocks
+from pages import BLOCK, DOCS, PAGES, ROOT, blocks
 
 from slalom.cli import DONE, app, call
-from slalom.sim import read_scenario
+from slalom.io.formats import read_recording
+from slalom.sim import Recording, read_scenario
 
 
 @pytest.mark.parametrize(("page", "code"), blocks("python"))
@@ -92,3 +95,39 @@ def test_links_to_files_lead_somewhere(page):
         # The site has generated pages, whose links its build checks.
         if not target.startswith(("http", "mailto", "generated/", "../generated/")):
             assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def tracked(folder: Path) -> dict[str, np.ndarray]:
+    """Places [m] of three people who walk through the door of the page, by name; written in cm."""
+    found, lines = {}, ["stamp,name,row,col"]
+    for k, y in enumerate((2.0, 6.0, 3.0)):
+        steps = np.arange(0, 101, 2) / 10
+        found[f"p{k}"] = np.stack([11 - steps, 4 + (y - 4) * (5 - steps) / 5], axis=1)
+        lines += [f"{t + 2 * k},p{k},{100 * at[1]},{100 * at[0]}" for t, at in zip(steps.tolist(), found[f"p{k}"])]
+    (folder / "tracker.csv").write_text("\n".join(lines) + "\n")
+    return found
+
+
+@pytest.mark.slow
+def test_a_study_in_nine_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    """From the files of the page to its table and figure."""
+    page = (DOCS / "recordings.md").read_text()
+    section = page.partition("## A study in nine commands\n")[2].partition("\n## ")[0]
+    (walls, scenario, shown) = (text for _, text in BLOCK.findall(section))
+    monkeypatch.chdir(tmp_path)
+    people = tracked(tmp_path)
+    Path("rooms.wkt").write_text(walls)
+    Path("rooms.yaml").write_text(scenario)
+    lines = shown.splitlines()
+    assert len(lines) == 9
+    for line in lines:
+        assert call(shlex.split(line)[1:]) == DONE, f"{line}\n{capsys.readouterr().err}"
+    for name, agent in read_recording("walk.csv").agents.items():
+        np.testing.assert_allclose(agent.trajectory.positions, people[name], atol=1e-12)
+    run = Recording.load("run.h5")
+    assert [o.name for o in run.obstacles if o.at_rest] == ["wall 0", "wall 1", "wall 2"]
+    assert len(read_recording("run.sqlite").walls) > 0
+    rows = [row.split(" & ")[:2] for row in Path("study.tex").read_text().splitlines() if row[:1].isdigit()]
+    assert rows == [[f"{m}", f"{r}"] for m in (0.05, 0.1, 0.2) for r in (0.1, 0.2, 0.3, 0.4, 0.5)]
+    assert Path("study.pdf").read_bytes()[:4] == b"%PDF"
+    assert "nao_ahead" in Path("methods.md").read_text()

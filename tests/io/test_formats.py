@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from draws import examples
@@ -323,6 +324,26 @@ def test_csv_keeps_space_extents_kinds_and_any_id(tmp_path: Path) -> None:
         np.testing.assert_array_equal(two.trajectory.positions, agent.trajectory.positions)
     text = (tmp_path / "a.csv").read_text().splitlines()
     assert text[:2] == ["t,id,x,y,z,radius,length,width,kind", "0.1,7.1,1.0,2.0,3.0,,4.5,1.8,car"]
+
+
+@pytest.mark.parametrize("libver", ["earliest", "latest"])
+@pytest.mark.parametrize("kinds", ["i8 i8 f8 f8", ">i4 u2 f4 >f8", "f8 f8 f8 f8"])
+def test_records_of_the_archive(libver: str, kinds: str, tmp_path: Path) -> None:
+    """Any numbers, compressed or not, in any order of the fields; holes of the area are walls as well."""
+    path = tmp_path / "a.hdf5"
+    area = "POLYGON ((0 0, 9 0, 9 8, 0 8, 0 0), (2 2, 3 2, 3 4, 2 2))"
+    names = ["frame", "id", "y", "x", "z", "note"]
+    dtype = list(zip(names, [*kinds.split(), "f4", h5py.string_dtype()]))
+    with h5py.File(path, "w", libver=libver) as file:
+        file.attrs["wkt_geometry"] = area
+        file.attrs["title"] = "a corridor " * 900
+        values = np.array([(k, agent, y, x, 1.5, "a") for k, agent, x, y in WALK], dtype)
+        file.create_dataset("trajectory", data=values, compression="gzip").attrs["fps"] = 25
+    tracks = read_recording(path)
+    assert tracks.format == "pedpy_hdf5"
+    check(tracks, WALK, "pedpy_hdf5")
+    np.testing.assert_array_equal(tracks.walls[0], [(0, 0), (9, 0), (9, 8), (0, 8), (0, 0)])
+    np.testing.assert_array_equal(tracks.walls[1], [(2, 2), (3, 2), (3, 4), (2, 2)])
 
 
 def test_the_database_is_that_of_jupedsim(tmp_path: Path) -> None:

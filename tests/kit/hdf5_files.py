@@ -10,11 +10,11 @@ import h5py
 import numpy as np
 
 from slalom import METHODS
+from slalom.io import hdf5
+from slalom.io.hdf5 import HDF5_CONTENT, HDF5_DEPTH
+from slalom.io.hdf5_child import Content
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure import hdf5
-from slalom.sim.measure.hdf5 import HDF5_CONTENT, HDF5_DEPTH
-from slalom.sim.measure.hdf5_child import Content
 
 
 def write_run(path: Path) -> None:

@@ -9,6 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
+import h5py
 import numpy as np
 import pytest
 
@@ -85,6 +86,20 @@ def write_database(path: Path, rows: Sequence[Row], said: Sequence[tuple[str, ob
         base.execute("CREATE TABLE trajectory_data (frame, id, pos_x, pos_y, ori_x, ori_y)")
         base.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, 1, 0)", rows)
     return [f"{path}: trajectory_data row {k}" for k in range(1, len(rows) + 1)]
+
+
+def write_hdf5(
+    path: Path, rows: Sequence[Row], wkt: object = None, fps: object = 25.0, fields: str = "id frame x y z"
+) -> list[str]:
+    """Records of the pedestrian dynamics data archive, with heights of heads."""
+    with h5py.File(path, "w") as file:
+        dtype = [(name, "i8" if name in ("id", "frame") else "f8") for name in fields.split()]
+        told = [(agent, k, x, y, 1.75)[: len(dtype)] for k, agent, x, y in rows]
+        file["trajectory"] = np.array(told, dtype)
+        for values, name, value in ((file["trajectory"].attrs, "fps", fps), (file.attrs, "wkt_geometry", wkt)):
+            if value is not None:
+                values[name] = value
+    return [f"{path}: trajectory row {k}" for k in range(1, len(rows) + 1)]
 
 
 def write_drone(path: Path, rows: Sequence[Row]) -> list[str]:
@@ -253,6 +268,7 @@ SAMPLES = {
     "trajnet": Sample("a.ndjson", 0.4, write_trajnet),
     "pedpy": Sample("a.txt", 0.04, write_pedpy),
     "jupedsim": Sample("a.sqlite", 0.04, write_database),
+    "pedpy_hdf5": Sample("a.h5", 0.04, write_hdf5),
     "vadere": Sample("a.traj", 0.1, write_vadere),
     "viswalk": Sample("a.pp", 0.1, write_viswalk),
     "ucy_splines": Sample("a.vsp", 0.04, write_splines, settings={"unit": 1.0}),

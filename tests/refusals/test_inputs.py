@@ -21,10 +21,11 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from cyclopts import CoercionError
-from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with
+from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with, write_run
 from matplotlib.figure import Figure
 from nav2_maps import OF_GRIDS, OF_MAPS
 from pydantic_core import PydanticKnownError
+from recording_formats import WALK, write_hdf5
 from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS
 from ros_messages import BAGS
 from wall_files import OF_WALL_FILES, OF_WALL_UNITS
@@ -102,6 +103,7 @@ from slalom.base.extras import require
 from slalom.cli import console
 from slalom.io import table as polynomials
 from slalom.io.formats import format_of, read_recording, write_recording
+from slalom.io.hdf5_child import Refused
 from slalom.io.pedestrians import read_cases, rows_of_queries
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.model.trajectory import Composite, Function, PiecewisePolynomial
@@ -126,7 +128,6 @@ from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenarios
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
 from slalom.sim.gallery import build
-from slalom.sim.measure.hdf5_child import Refused
 from slalom.sim.measure.metrics import path_length
 from slalom.sim.measure.tidy_table import _imported, write_table
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
@@ -605,6 +606,35 @@ def database_of_walls(wkt: str | None) -> Callable[[Path], object]:
         return read_recording(path)
 
     return call
+
+
+def archive(**content: object) -> Callable[[Path], object]:
+    """A call that reads HDF5 of the pedestrian dynamics data archive with this content."""
+
+    def call(folder: Path) -> object:
+        write_hdf5(folder / "archive.h5", WALK, **content)
+        return read_recording(folder / "archive.h5")
+
+    return call
+
+
+def square_archive(folder: Path) -> object:
+    """Records of the archive in rows and columns are no list."""
+    import h5py
+
+    write_hdf5(folder / "square.h5", WALK)
+    with h5py.File(folder / "square.h5", "r+") as file:
+        records = file["trajectory"][:16].reshape(4, 4)
+        del file["trajectory"]
+        file["trajectory"] = records
+        file["trajectory"].attrs["fps"] = 25.0
+    return read_recording(folder / "square.h5")
+
+
+def run_as_recording(folder: Path) -> object:
+    """A run of slalom is no recording."""
+    write_run(folder / "run.h5")
+    return read_recording(folder / "run.h5")
 
 
 def write_tracks(format: str, label: str = "1", times=(0.0, 0.1), positions=((0, 0), (1, 0)), **settings) -> Callable:
@@ -1562,6 +1592,15 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"walls\.sqlite: geometry: expected WKT, found ": database_of_walls("POLYGON"),
     r"walls\.sqlite: geometry: expected areas in WKT, found 'POINT \(0 0\)'": database_of_walls("POINT (0 0)"),
     r"a\.csv:1: expected a header with case,agent,.*, found 'case'": reading(read_cases, "a.csv", "case\n0\n"),
+    r"archive\.h5: wkt_geometry: expected WKT, found ": archive(wkt="POLYGON"),
+    r"archive\.h5: wkt_geometry: expected areas in WKT, found array\(5": archive(wkt=5),
+    r"archive\.h5: expected records `trajectory` with .*, found fps: expected it in the file": archive(fps=None),
+    r"archive\.h5: expected records `trajectory` with .*, found fps: expected a number above 0": archive(fps=0.0),
+    r"archive\.h5: expected records `trajectory` with .*, found y: expected it in the file": archive(
+        fields="id frame x"
+    ),
+    r"square\.h5: expected records .*, found trajectory: expected a list, found shapes \[\(4, 4\)": square_archive,
+    r"run\.h5: expected a recording, found a run of slalom, which is over: `slalom show`": run_as_recording,
     r"silent\.sqlite: metadata: expected version 1 or 2 and fps above 0, found 2 and none": silent_database,
     r"none\.csv: expected a readable file, found ": lambda folder: read_recording(folder / "none.csv"),
     r"endless\.sqlite: expected at most .* rows in a file of .* bytes, found more": endless_database,

@@ -105,7 +105,7 @@ KINDS = {
 """Every kind of files that slalom reads."""
 
 CHUNKS, MUTATIONS = 25, 5
-"""Runs of the test for each kind, and changed files of each: 3500 of the 28 kinds."""
+"""Runs of the test for each kind, and changed files of each: 4125 of the 33 kinds."""
 
 WORDS = (
     *(b"", b"\0", b"\n", b"\r", b" ", b",", b'"', b"'", b"-", b"#", b":", b"[", b"{", b"}", b"<", b">", b"&a ", b"*a"),

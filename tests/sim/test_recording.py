@@ -29,6 +29,7 @@ from slalom import (
 from slalom.base.registry import from_plain, to_plain
 from slalom.decision.document import RESPONSE_KINDS
 from slalom.decision.objective import OBJECTIVES
+from slalom.io import hdf5
 from slalom.model.bounds import BOUNDS as BOUND_KINDS
 from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import SHAPES
@@ -36,7 +37,6 @@ from slalom.model.trajectory import TRAJECTORIES
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
-from slalom.sim.measure import hdf5
 from slalom.sim.measure.responses import RecordedResponses
 
 ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")

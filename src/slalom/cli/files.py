@@ -21,7 +21,7 @@ from slalom.cli.console import (
 )
 from slalom.cli.options import Look, Reading, drawable, given_options, refuse_without
 from slalom.cli.report import counted, formatted
-from slalom.cli.running import DEFAULT_METHOD, RUNS, method_name, print_notes, without_walls, write_run
+from slalom.cli.running import DEFAULT_METHOD, is_run, method_name, print_notes, without_walls, write_run
 
 if TYPE_CHECKING:
     from slalom.decision import Decision
@@ -71,7 +71,7 @@ def convert(
     source = Path(resolved(str(source)))
     if per_agent:
         return _convert_agents(source, target, out_frame_rate, reading or Reading(), json)
-    if source.suffix in RUNS:
+    if is_run(source):
         return _convert_run(source, target, out_frame_rate, reading, json)
     _refuse_suffix(target, format_of_suffix())
     refuse_source(source, target)
@@ -122,12 +122,12 @@ def _convert_agents(source: Path, target: Path, rate: float | None, reading: Rea
     from slalom.sim.files.recorded_traffic import radii_of
     from slalom.sim.measure.agent_table import rows_of_run, rows_of_tracks, write_agents
 
-    is_run = source.suffix in RUNS
-    _refuse_options(source, reading if is_run else None, rate)
+    from_run = is_run(source)
+    _refuse_options(source, reading if from_run else None, rate)
     _refuse_suffix(target, [".csv"], " with --per-agent")
     refuse_source(source, target)
     notes = list[str]()
-    if is_run:
+    if from_run:
         rows = rows_of_run(Recording.load(source))
     else:
         tracks = _selected(source, reading)
@@ -246,20 +246,22 @@ def explain(
     """
     scene, drawn = resolved(scene), DecisionFigure(figure, uncertainty, look or Look())
     refuse_without(figure, look, uncertainty=uncertainty)
-    is_file, is_run = scene.endswith(".json"), Path(scene).suffix in RUNS
+    is_file, from_run = scene.endswith(".json"), is_run(scene)
     given: dict[str, object] = {
         "--method": method or foresight,
         "--set": settings,
         "--seed": seed,
-        "--at": None if is_run else at,
+        "--at": None if from_run else at,
     }
-    if is_file or is_run:
+    if is_file or from_run:
         _refuse_given(given, "decision" if is_file else "run")
     drawable(figure)
     if is_file:
         return _repeat(scene, json, drawn)
     loaded, chosen, decision = (
-        _of_run(Path(scene), at) if is_run else _of_scene(scene, parse_settings(settings), seed, at, method, foresight)
+        _of_run(Path(scene), at)
+        if from_run
+        else _of_scene(scene, parse_settings(settings), seed, at, method, foresight)
     )
     navigator, result = loaded.navigator(chosen), _result(loaded, chosen, decision)
     writable(figure)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
-from slalom.base.errors import InvalidInput
+from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 RUNS = (".h5", ".hdf5")
-"""Suffixes of the files of runs."""
+"""Suffixes of the files of runs; some recordings have the same."""
 DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
 """Default methods. The default for recordings can stop for gaps, which one constant acceleration cannot."""
 
@@ -204,9 +204,21 @@ def _load_kernels(scenario: "Scenario", contender: "Method | Peer", seed: int) -
     next(Run(scenario, contender, seed=seed).steps(), None)
 
 
+def is_run(path: Path | str) -> bool:
+    """Return whether a path has the suffix of a run and is no recording of a format of `slalom list formats`."""
+    from slalom.io.formats import format_of
+
+    if Path(path).suffix not in RUNS:
+        return False
+    try:
+        return not format_of(Path(path))
+    except InvalidFile:
+        return True
+
+
 def refuse_run(scenario: str) -> None:
     """Raise InvalidInput for a run that was recorded, which is not a scenario."""
-    if Path(scenario).suffix in RUNS and os.path.isfile(scenario):
+    if os.path.isfile(scenario) and is_run(scenario):
         raise InvalidInput(
             f"scenario: expected a scenario or recorded tracks, found the run {scenario!r}, which is over; "
             "`slalom show` prints it, `slalom convert` writes it in other formats, `slalom view` replays it"

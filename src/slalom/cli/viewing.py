@@ -23,7 +23,7 @@ from slalom.cli.console import (
     writing,
 )
 from slalom.cli.options import Crossing, Reading, WallsFile, given_options, is_recording, scenario_of, tracks_of
-from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, RUNS
+from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, is_run
 
 if TYPE_CHECKING:
     from slalom.decision.methods import Method
@@ -221,7 +221,7 @@ def _sessions(
 
         shown = of_file(name)
         return lambda: Session.of(shown, method_of(DEFAULT_METHOD))
-    replayable, tracks = Path(name).suffix in RUNS and os.path.isfile(name), False
+    replayable, tracks = os.path.isfile(name) and is_run(name), False
     if not replayable:
         tracks = is_recording(name, reading, crossing)
     only_recorded = [*(["at"] if at is not None else []), *given_options(crossing), *given_options(reading)]

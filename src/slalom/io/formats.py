@@ -322,6 +322,15 @@ FORMATS: Final = Registry[Format](
                 write_jupedsim,
                 ".sqlite",
             ),
+            Format(
+                "pedpy_hdf5",
+                "HDF5 of the pedestrian dynamics data archive, with the borders of the walkable area as walls.",
+                "pedestrian",
+                pedestrians.pedpy_hdf5,
+                "the HDF5 signature, in a file that is no run of slalom",
+                # The names in the root group of a run of slalom are at its beginning.
+                lambda suffix, text: text[1:4] == "HDF" and "run_0" not in text[:RECOGNITION_BYTES],
+            ),
             _table(
                 "vadere",
                 "Steps of pedestrians of Vadere.",
@@ -499,6 +508,7 @@ _WALLS = "walls, not a recording: --walls reads them"
 
 _NO_RECORDINGS: Final[Mapping[str, str]] = {
     r"PK\x03\x04": "a zip archive: unpack it",
+    r"\N{REPLACEMENT CHARACTER}HDF": "a run of slalom, which is over: `slalom show` prints it",
     r"<OpenSCENARIO": "a scenario of OpenSCENARIO, not a recording",
     r"<OpenDRIVE": "roads of OpenDRIVE, not a recording",
     r"<osm": "a map of OpenStreetMap, not a recording",

@@ -1,4 +1,4 @@
-"""Readers of recorded pedestrians whose files are no tables: TrajNet++, JuPedSim databases and splines of UCY."""
+"""Readers of recorded pedestrians whose files are no text tables: TrajNet++, splines, SQLite and HDF5 with walls."""
 
 import json
 import sqlite3
@@ -12,8 +12,10 @@ import numpy as np
 import shapely
 
 from slalom.base.checks import Array, positive, shown
-from slalom.base.errors import InvalidFile
+from slalom.base.errors import InvalidFile, InvalidInput
+from slalom.base.extras import require
 from slalom.base.tolerances import LARGEST
+from slalom.io.hdf5 import Texts, member, numbers, read_tree, scalar
 from slalom.io.layout import frame_step, length_unit
 from slalom.io.recorded import BOUNDING_BOX, Mistake, Rows, counted, refuse
 from slalom.io.sheet import comma_table
@@ -122,7 +124,7 @@ def rows_of_queries(path: Path, kind: str, queries: Sequence[str]) -> list[list[
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Readers of recorded pedestrians in the plane: TrajNet++, splines of UCY and JuPedSim databases.
+# Readers of recorded pedestrians in the plane: TrajNet++, splines of UCY, JuPedSim databases, the archive of Jülich.
 
 
 ROWS_PER_SECOND: Final = 2.5
@@ -130,6 +132,10 @@ ROWS_PER_SECOND: Final = 2.5
 
 VIDEO_RATE: Final = 25.0
 """[Hz] Frame rate of the videos of UCY."""
+
+
+RECORDS: Final = ("id", "frame", "x", "y")
+"""Fields of HDF5 of the pedestrian dynamics data archive that are read."""
 
 
 def trajnet(path: Path, *, frame_rate: float | None = None) -> Rows:
@@ -254,19 +260,54 @@ def jupedsim(path: Path) -> Rows:
     (texts,) = rows_of_queries(path, "JuPedSim database", ("SELECT DISTINCT wkt FROM geometry",))
     several = [f"the {len(texts)} areas of different times are all walls"] if len(texts) > 1 else []
     return replace(
-        read, walls=tuple(ring for (text,) in texts for ring in _rings(path, text)), notes=(*read.notes, *several)
+        read,
+        walls=tuple(ring for (text,) in texts for ring in _rings(path, "geometry", text)),
+        notes=(*read.notes, *several),
     )
 
 
-def _rings(path: Path, wkt: Any) -> list[Array]:
-    """Return the borders (n, 2) [m] of the areas of a text in WKT, first point last again."""
+def pedpy_hdf5(path: Path) -> Rows:
+    """Read HDF5 of the pedestrian dynamics data archive: records `trajectory` with id, frame, x and y [m].
+
+    The attribute fps of the records is their frame rate [Hz]. Walls are the borders of the areas of the attribute
+    wkt_geometry of the file, if it has one. Heights are not read: they are those of heads.
+
+    Raises:
+        InvalidFile: no such file, no HDF5, no such records or fps, values that are not numbers, another geometry.
+        MissingExtra: h5py is not installed.
+    """
+    require("sim", f"{path.name}: HDF5")
+    tree = read_tree(path)
+    try:
+        records = member(tree.groups, "trajectory")
+        columns = [numbers(records.datasets, name) for name in RECORDS]
+        rate = positive(scalar(records.attributes, "fps"), "fps")
+        if any(values.shape != (columns[0].size,) for values in columns):
+            raise InvalidInput(f"trajectory: expected a list, found shapes {[values.shape for values in columns]}")
+    except InvalidInput as error:
+        expected = "records `trajectory` with id, frame, x, y and the attribute fps"
+        raise InvalidFile([f"{path}: expected {expected}, found {error}"]) from None
+    # Of more than MAX_ROWS, one more is refused as well as all.
+    rows = list(zip(*(values[: MAX_ROWS + 1].tolist() for values in columns)))
+    table = Table(path, RECORDS, rows, range(1, len(rows) + 1), "{path}: trajectory row {line}", underscores=False)
+    times = table.numbers("frame", whole=True) / rate
+    read = table.rows_of(table.ids("id", whole=True), times, table.positions("x", "y"))
+    if "wkt_geometry" not in tree.attributes:
+        return read
+    stored = tree.attributes["wkt_geometry"]
+    wkt = stored.texts[0] if isinstance(stored, Texts) and len(stored.texts) == 1 else stored
+    return replace(read, walls=tuple(_rings(path, "wkt_geometry", wkt)))
+
+
+def _rings(path: Path, name: str, wkt: Any) -> list[Array]:
+    """Return the borders (n, 2) [m] of the areas of a text in WKT, first point last again; `name` is for messages."""
     try:
         # Once for a collection, once for the areas of its parts.
         areas = shapely.get_parts(shapely.get_parts(shapely.from_wkt(wkt))) if isinstance(wkt, str) else []
     except shapely.errors.ShapelyError as error:
-        raise InvalidFile([f"{path}: geometry: expected WKT, found {error}"]) from None
+        raise InvalidFile([f"{path}: {name}: expected WKT, found {error}"]) from None
     borders = shapely.remove_repeated_points(shapely.get_rings(areas))
     rings = [shapely.get_coordinates(border) for border in borders]
     if not rings or not all(np.isfinite(ring).all() and np.abs(ring).max() <= LARGEST for ring in rings):
-        raise InvalidFile([f"{path}: geometry: expected areas in WKT, found {shown(wkt)}"])
+        raise InvalidFile([f"{path}: {name}: expected areas in WKT, found {shown(wkt)}"])
     return rings

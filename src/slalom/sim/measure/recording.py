@@ -16,6 +16,7 @@ from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
 from slalom.base.registry import Kind, Registry, to_plain
 from slalom.decision.document import goal_to_plain
 from slalom.decision.settings import NUMBERS
+from slalom.io.hdf5 import Group, member, numbers, read_tree, scalar, text
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -26,7 +27,6 @@ from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.periodic import Period, checked_period
 from slalom.sim.measure.hdf5 import (
     HALF_SPACES,
-    Group,
     add_units,
     listed,
     load_goal,
@@ -35,15 +35,10 @@ from slalom.sim.measure.hdf5 import (
     load_obstacle,
     load_part,
     load_responses,
-    member,
     named_numbers,
-    numbers,
-    read_tree,
     save_part,
     save_plain,
     save_trajectory,
-    scalar,
-    text,
     texts,
     unbounded,
 )

@@ -1,9 +1,10 @@
-"""Program that reads HDF5 files and writes their content to stdout; `hdf5_tree` runs it in a process of its own.
+"""Program that reads HDF5 files and writes their content to stdout; `io.hdf5` runs it in a process of its own.
 
 The HDF5 library does not check its files: a malformed one can make it hang, crash or take all memory. Each line of
 stdin is the arguments of `answer` as JSON. The answer is one line of JSON, followed by the bytes of the arrays in the
 order of the line. The line holds `mistake`, a text, or `tree` and `arrays`, the type and shape of each array. A tree
-has `attributes`, `groups` and `datasets` by name. A value is the number of its array, or `texts` and `shape`. The
+has `attributes`, `groups` and `datasets` by name. A value is the number of its array, or `texts` and `shape`.
+An array of records is a group with an array for each field. The
 program ends at the end of stdin, and after a mistake, since the state of the library is then unknown.
 
 The program imports nothing of slalom, so that it starts fast.
@@ -51,6 +52,8 @@ class Content:
             member = group[name]
             if isinstance(member, h5py.Group):
                 found["groups"][name] = self.group(member, level + 1)
+            elif isinstance(member, h5py.Dataset) and member.dtype.names:
+                found["groups"][name] = self.records(member, name)
             elif isinstance(member, h5py.Dataset):
                 found["datasets"][name] = self.dataset(member, name)
             else:
@@ -73,13 +76,24 @@ class Content:
             return self.texts([value], ())
         return self.value(name, np.asarray(value), handle.dtype)
 
+    def records(self, dataset: Any, name: str) -> dict[str, Any]:
+        """Return the attributes and the fields of an array of records."""
+        values = self.values(dataset, name)
+        attributes = {key: self.attribute(dataset.attrs, key) for key in dataset.attrs}
+        fields = {field: self.value(field, values[field], dataset.dtype[field]) for field in dataset.dtype.names}
+        return {"attributes": attributes, "groups": {}, "datasets": fields}
+
     def dataset(self, dataset: Any, name: str) -> Any:
         """Return the value of an array."""
+        return self.value(name, self.values(dataset, name), dataset.dtype)
+
+    def values(self, dataset: Any, name: str) -> Any:
+        """Return the elements of an array."""
         self.once(dataset)
         if dataset.external or dataset.is_virtual:
             raise Refused(f"{name!r} whose values are in other files")
         self.count(name, dataset.dtype, dataset.shape)
-        return self.value(name, np.asarray(dataset[()]), dataset.dtype)
+        return np.asarray(dataset[()])
 
     def count(self, name: str, dtype: Any, shape: Any) -> None:
         """Subtract the size of a value from the remaining size; it may be much larger than its part of the file."""
