@@ -336,7 +336,9 @@ class _Samples:
         if not self._begin + SIMILAR_MEMORY <= step <= max(self._end, self._begin + 4 * SIMILAR_MEMORY) - 1:
             self._begin = self._end = oldest
             self._positions = np.full((len(self._tracks), 0, self._positions.shape[2]), np.nan)
-            self._first[:], self._last[:], self._longest[:] = 0, -1, 0.0
+            self._first[:] = 0
+            self._last[:] = -1
+            self._longest[:] = 0.0
         if step < self._end:
             return
         room = step + 1 - self._begin - self._positions.shape[1]
@@ -516,7 +518,9 @@ def _ahead(
 
     known: tracks, of whose motions up to `similar` count.
     """
-    found, pasts, counts = dict[int, _Ahead](), list[_Past](), dict[int, list[tuple[int, float, float]]]()
+    found = dict[int, _Ahead]()
+    pasts = list[_Past]()
+    counts = dict[int, list[tuple[int, float, float]]]()
     for k, trajectory in enumerate(trajectories):
         first = trajectory.span[0]
         usual = _spacing(trajectory, now)

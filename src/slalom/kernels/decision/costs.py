@@ -628,6 +628,14 @@ def first_least(costs: Array) -> int:
     return -1
 
 
+@kernel
+def first_detour(i: int, closed: Flags, tables: DecisionTables, search: ResponseSearch) -> int:
+    """The entry of `search.costs` that is least, after the optimistic costs of all detours; see `optimistic_costs`."""
+    for detour in range(1, 1 + len(tables.settings.detours) + len(search.aside)):
+        optimistic_costs(i, detour, closed, tables, search)
+    return first_least(search.costs)
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Calls of Python from kernels, by the address of a function.
 

@@ -79,10 +79,8 @@ def first_met(
     that must be clear of the bodies that avoid the robot too.
     """
     pieces = rows.pieces
-    now = settings.now
-    horizon = settings.horizon
-    times = paths.times
-    points = paths.points
+    now, horizon = settings.now, settings.horizon
+    times, points = paths.times, paths.points
     d = pieces.points.shape[2]
     n = points.shape[1]
     p = np.zeros((4, 3))
@@ -113,10 +111,8 @@ def first_met(
             start = times[own, k] - now
             end = times[own, k + 1] - now
             stop = min(t1, end) if end > t0 else t1
-            a = (t0 - first) / width
-            b = (stop - first) / width
-            e = (t0 - start) / (end - start)
-            f = (stop - start) / (end - start)
+            a, b = (t0 - first) / width, (stop - first) / width
+            e, f = (t0 - start) / (end - start), (stop - start) / (end - start)
             for axis in range(d):
                 q = pieces.points[s, :, axis]
                 q0, q1, q2, q3 = restrict(q[0], q[1], q[2], q[3], a, b)

@@ -13,6 +13,7 @@ from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.bodies import hulls_of_bodies, limit_margin, obstacle_pieces, reduce_margin
 from slalom.kernels.decision.costs import (
     COST_TIE,
+    first_detour,
     first_least,
     manoeuvre_cost,
     new_scratch,
@@ -32,7 +33,6 @@ from slalom.kernels.decision.motion_clear import (
     UNKNOWN,
     certain_response,
     first_met,
-    is_blocked,
     met_by_preferred,
     worth_within,
 )
@@ -52,7 +52,13 @@ from slalom.kernels.decision.paths import (
     state_on_path,
     unchanged_control,
 )
-from slalom.kernels.decision.response_motion import WORK_CHOICE, choose, relative_motion, relative_table
+from slalom.kernels.decision.response_motion import (
+    WORK_CHOICE,
+    choose,
+    free_control,
+    relative_motion,
+    relative_table,
+)
 from slalom.kernels.decision.right_of_way import cost_on_ways, ways_aside
 from slalom.kernels.decision.tables import (
     BALL_WINDOWS,
@@ -445,9 +451,7 @@ def best_response(
         at = certain if certain >= 0 and costs[certain] < np.inf else first_least(costs)
         if costs[at] >= best - worth and not (clear or detoured):
             detoured = True
-            for detour in range(1, 1 + len(settings.detours) + len(search.aside)):
-                optimistic_costs(i, detour, closed, tables, search)
-            at = first_least(costs)
+            at = first_detour(i, closed, tables, search)
         known = safe or best_r >= 0
         over = known and robot.work >= settings.budget
         done = over or costs[at] >= best - worth
@@ -470,18 +474,10 @@ def best_response(
         direct = which[k] < 0 and len(rows.pieces.body) >= DIRECT_TEST_ROWS and (not ordered or k == certain)
         row = met_by_preferred(i, r, 0, controls, met, rows, tables, scratch) if direct else UNKNOWN
         if row != -1:
-            closed[k] = row >= 0 and is_blocked(robot, r, row, u, rows, tables, scratch.paths)
-            if closed[k]:
-                continue
-            if which[k] < 0:
-                which[k] = len(motions)
-                motions.append(relative_motion(i, r, rows, tables, unchanged, settings.horizon, preferred, within))
             most = settings.budget - robot.work if known else np.inf
-            free, work = choose(motions[which[k]], preferred, settings.dimension, most, within, u)
-            closed[k], robot.work = not free, robot.work + work
+            closed[k] = not free_control(i, r, k, row, motions, which, rows, tables, controls, most, within, scratch)
             if closed[k]:
                 continue
-            response_path(robot, r, u, responses, settings, until, scratch.paths, 0)
         cost = manoeuvre_cost(i, until, until, scratch.paths, 0, near, tables, scratch)
         exact = detour == 0 and u[0] == preferred[0] and u[1] == preferred[1] and u[2] == preferred[2]
         clear = clear or (exact and len(search.aside) == 0)

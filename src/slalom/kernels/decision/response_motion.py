@@ -8,8 +8,17 @@ from slalom.base.tolerances import CANDIDATES, ELEMENTS, REST_ROUNDING
 from slalom.kernels.arrays import Array, Bodies, Indices, MaybeCorners, MaybeHulls, Pieces, PositionMap, Segments
 from slalom.kernels.decision.bodies import hulls_of_bodies, meets_balls
 from slalom.kernels.decision.limits import admissible_set
+from slalom.kernels.decision.motion_clear import is_blocked
 from slalom.kernels.decision.neighbours import response_balls
-from slalom.kernels.decision.tables import RESPONSE_WINDOWS, DecisionTables, ObstaclePieces, SelectionProblem
+from slalom.kernels.decision.paths import response_path
+from slalom.kernels.decision.tables import (
+    RESPONSE_WINDOWS,
+    Controls,
+    DecisionTables,
+    ObstaclePieces,
+    Scratch,
+    SelectionProblem,
+)
 from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
@@ -186,3 +195,41 @@ def choose(m: SelectionProblem, preferred: Array, d: int, most: float, within: f
         copy_into(u, found)
     per_element = WORK_ELEMENT if len(m.hulls) > 0 else 0.0
     return code == SAFE, WORK_CHOICE + WORK_CONTROL * examined + per_element * elements
+
+
+@kernel
+def free_control(
+    i: int,
+    r: int,
+    k: int,
+    row: int,
+    motions: list[SelectionProblem],
+    which: Indices,
+    rows: ObstaclePieces,
+    tables: DecisionTables,
+    controls: Controls,
+    most: float,
+    within: float,
+    scratch: Scratch,
+) -> bool:
+    """Whether response r has a control outside the control obstacles; it goes into `controls`, its path into row 0.
+
+    Args: row: of the bodies that a path of this response meets; below 0: none is known. motions, which: the relative
+        motion of response k is at `which[k]` of `motions`; below 0: it is made. most, within: as in `choose`.
+    """
+    robot = tables.robots.each[i]
+    settings = tables.settings
+    paths = scratch.paths
+    if row >= 0 and is_blocked(robot, r, row, controls.found, rows, tables, paths):
+        return False
+    if which[k] < 0:
+        which[k] = len(motions)
+        horizon = settings.horizon
+        motion = relative_motion(i, r, rows, tables, controls.unchanged, horizon, controls.preferred, within)
+        motions.append(motion)
+    free, work = choose(motions[which[k]], controls.preferred, settings.dimension, most, within, controls.found)
+    robot.work += work
+    if free:
+        until = max(settings.period, tables.responses.each[r].step)
+        response_path(robot, r, controls.found, tables.responses, settings, until, paths, 0)
+    return bool(free)

@@ -328,18 +328,19 @@ def put_point(queue: Array, view: View, u: Array, i: int, j: int, t: float) -> N
 
 
 @kernel
-def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> None:
-    """Put the next places on the curve of candidate n, which boundary k excludes, into the queue, with room for two.
+def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> Array:
+    """The queue, with the next places on the curve of candidate n, which boundary k excludes.
 
     From the nearest point of a curve, the search continues on both sides.
     """
+    queue = with_room(queue, 2)
     i = int(queue[n, 4])
     j = int(queue[n, 5])
     t = queue[n, 6]
     curve = view.curve
     found = view.found
     if j < 0 or not curve_of(boundaries, i, j, view.preferred, curve):
-        return
+        return queue
     for turn in range(2):
         way = 1.0 - 2.0 * turn
         if way * t < 0.0:
@@ -350,3 +351,4 @@ def move_on(queue: Array, n: int, boundaries: Array, k: int, view: View) -> None
             if boundaries[k, 0] <= 0.0:
                 project(boundaries, k, found[0], found)
             put_point(queue, view, found[0], i, j, way * end)
+    return queue

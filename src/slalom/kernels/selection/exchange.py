@@ -299,12 +299,11 @@ def exchanged(
         while proposed < count:
             proposed += 1
             queue = with_room(queue, 2 * proposed)
+            spent += proposed * (WORK_CURVE if in_space else WORK_PAIR)
             if in_space:
                 propose_in_space(queue, boundaries, proposed, view)
-                spent += proposed * WORK_CURVE
             else:
                 propose(queue, boundaries, polygons, admissible, proposed, Reference(preferred, floor), found)
-                spent += proposed * WORK_PAIR
         n = take(queue)
         if n == 0:
             break
@@ -319,8 +318,7 @@ def exchanged(
             spent += WORK_POINT + (rejects if rejects >= 0 else count)
             if rejects >= 0:
                 last = rejects
-                queue = with_room(queue, 2)
-                move_on(queue, n, boundaries, rejects, view)
+                queue = move_on(queue, n, boundaries, rejects, view)
                 continue
         else:
             # All nearer controls were rejected: a new candidate there lies in some element of the working set.
@@ -343,8 +341,7 @@ def exchanged(
         rejection = Rejection(segment, u)
         boundaries, polygons, count = cut_off(boundaries, polygons, count, near, near_hulls, rejection, problem, work)
         if in_space:
-            queue = with_room(queue, 2)
-            move_on(queue, n, boundaries, count - 1, view)
+            queue = move_on(queue, n, boundaries, count - 1, view)
     return (BLOCKED if elements else INADMISSIBLE), elements, examined
 
 
