@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import mkdtemp
 from types import SimpleNamespace
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -231,19 +232,26 @@ def unknown_setting(_: Path) -> object:
     return adapter._settings({"name": "slalom", "amax": 2.0})
 
 
-def goal_without_position(_: Path) -> object:
-    """A planning problem of CommonRoad with a goal in time only."""
-    from slalom.adapters.commonroad import target
-
-    goal = SimpleNamespace(state_list=[SimpleNamespace(has_value=lambda name: False)])
-    return target(SimpleNamespace(planning_problem_id=7, initial_state=None, goal=goal), 0.1)
+def stepped(env: Any, action: object) -> object:
+    """A step of an environment that has begun."""
+    env.reset(seed=0)
+    return env.step(action)
 
 
-def unknown_shape(_: Path) -> object:
-    """An obstacle of CommonRoad with a shape that slalom does not read."""
-    from slalom.adapters.commonroad import _shape
+def goal_out_of_reach(_: Path) -> object:
+    """A planning problem of CommonRoad without a target."""
+    from slalom.adapters import commonroad
 
-    return _shape(SimpleNamespace(obstacle_id=3, obstacle_shape=3.0))
+    with patch.object(commonroad, "targets", return_value=[]):
+        return commonroad.solve(None, SimpleNamespace(planning_problem_id=7))
+
+
+def unpredicted(_: Path) -> object:
+    """A dynamic obstacle of CommonRoad without a prediction."""
+    from slalom.adapters.commonroad import _obstacles
+
+    role = SimpleNamespace(value="dynamic")
+    return _obstacles(SimpleNamespace(obstacle_id=3, obstacle_role=role, prediction=None), SimpleNamespace(dt=0.1), 0.0)
 
 
 def crowd_again(_: Path) -> object:
@@ -343,6 +351,16 @@ OF_GYM: dict[str, Callable[[Path], object]] = {
     r"env: expected a RobotEnv, possibly wrapped, found": gym(
         lambda g: g.SafetyFilter(g.gymnasium.make("CartPole-v1"))
     ),
+    r"env: expected a FleetEnv, possibly wrapped, found": gym(lambda g: g.FleetSafetyFilter(g.RobotEnv(SCENE))),
+    r"command: expected 'acceleration' or 'velocity' in space": gym(
+        lambda g: g.RobotEnv("drones_crossing", command="unicycle")
+    ),
+    r"action: expected whole numbers from 0 to 8, found \[9\.\]": gym(
+        lambda g: stepped(g.RobotEnv(SCENE, command="discrete"), 9)
+    ),
+    r"observations: expected shape \(1, 1\) and one more, found": gym(
+        lambda g: g.RobotEnv(SCENE, observe=lambda worlds: np.zeros(3)).reset()
+    ),
     r"env: expected a RobotsEnv, possibly wrapped, found": gym(
         lambda g: g.VectorSafetyFilter(g.gymnasium.make_vec("CartPole-v1", num_envs=2))
     ),
@@ -396,14 +414,22 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"world_period: expected the period": moved_at_once,
     r"kinematics: expected omnidirectional ones": other_kinematics,
     r"behavior: expected settings of horizon, .*, found amax": unknown_setting,
-    r"planning problem 7: expected a goal with a position, found none": goal_without_position,
-    r"obstacle 3: expected a rectangle, disc or polygon, found float": unknown_shape,
+    r"planning problem 7: expected a goal in reach, found none": goal_out_of_reach,
+    r"obstacle 3: expected a trajectory or occupied regions, found neither": unpredicted,
     r"navigator: expected a disc as its robot, found Rectangle": in_sumo(Rectangle(1.0, 1.0), 0.1),
     r"navigator: expected the period 0\.1 s of SUMO, found 0\.2 s": in_sumo(Disc(1.0), 0.2),
     r"what: expected one of robot, .*; found 'wall'": lambda _: edits.dragged(SCENE, "wall", 0, (0, 0)),
     r"index: expected a number below 1, found 1": lambda _: edits.dragged(SCENE, "robot", 1, (0, 0)),
     r"obstacle 'later': expected one that exists": lambda _: edits.dragged(SCENE, "obstacle", 1, (0, 0)),
-    r"index: expected a number below 2, found 2": lambda _: edits.without_obstacle(SCENE, 2),
+    r"index: expected a number below 2, found 2": lambda _: edits.without(SCENE, "obstacle", 2),
+    r"index: expected a number below 2, found 3": lambda _: edits.led(SCENE, 3, [(0, 0), (1, 0)], 1.0),
+    r"what: expected obstacle or robot; found 'wall'": lambda _: edits.without(SCENE, "wall", 0),
+    r"robot: expected one that remains in the scene": lambda _: edits.without(SCENE, "robot", 0),
+    r"what: expected one of obstacle, wall, robot; found 'tree'": lambda _: edits.drawn(SCENE, "tree", [(0, 0)], 1.0),
+    r"points: expected \(2 or more, 2\) numbers, found": lambda _: edits.drawn(SCENE, "wall", [(0, 0)], 1.0),
+    r"points: expected \(n, 2\) numbers, found \(1, 3\)": lambda _: edits.led(SCENE, 0, [(0, 0, 0)], 1.0),
+    r"'later': expected one that exists at 0 s": lambda _: edits.led(SCENE, 1, [(0, 0), (1, 0)], 1.0),
+    r"points: expected a line with a length above 0": lambda _: edits.led(SCENE, 0, [(12, 4)], 1.0),
     r"name: expected one of horizon, .*'dt'": lambda _: edits.with_setting(SCENE, "dt", 1.0),
     "expected an even count of robots that exchange places, found 3": lambda _: SwapGoals().goals(np.ones((3, 2))),
     r"share: expected at most 1, found 2": lambda _: Monitor(share=2.0),

@@ -128,6 +128,7 @@ from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenarios
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
 from slalom.sim.gallery import build
+from slalom.sim.measure.agent_table import write_agents
 from slalom.sim.measure.metrics import path_length
 from slalom.sim.measure.tidy_table import _imported, write_table
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
@@ -1413,7 +1414,9 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"--gap: expected only with recorded tracks, found it with the run": command(
         "convert", "{}/a.h5", "{}/a.csv", "--gap", "1"
     ),
-    r"expected a file that ends in \.csv, \.parquet for a run; found": command("convert", "{}/a.h5", "{}/a.xls"),
+    r"expected a file that ends in \.csv, \.parquet, \.ndjson, \.sqlite for a run; found": command(
+        "convert", "{}/a.h5", "{}/a.xls"
+    ),
     r"--out: expected a file that ends in \.csv or \.tex, found .*a\.txt": command(
         "compare", "empty", "--out", "{}/a.txt"
     ),
@@ -1689,6 +1692,7 @@ OTHERS = [
         r"SimpleSpan\.path: expected an annotation that files can hold, found ",
         lambda _: model_of_part("span", SimpleSpan),
     ),
+    Case(InvalidFile, r"expected a file that can be written, found a folder", lambda tmp: write_agents([], tmp)),
     Case(AttributeError, r"initial_position", lambda _: Stationary.initial_position),
     Case(
         OutsideSpan,

@@ -56,6 +56,7 @@ from slalom.kernels.decision.response_motion import (
     WORK_CHOICE,
     choose,
     free_control,
+    no_motions,
     relative_motion,
     relative_table,
 )
@@ -69,7 +70,6 @@ from slalom.kernels.decision.tables import (
     ObstaclePieces,
     ResponseSearch,
     Scratch,
-    SelectionProblem,
 )
 from slalom.kernels.decision.targets import target_state
 from slalom.kernels.geometry.cubic import copy_into, slope, value
@@ -442,7 +442,7 @@ def best_response(
     controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
     preferred, unchanged, u = controls.preferred, controls.unchanged, controls.found
     best, best_r, outcome, clear, detoured = np.inf, -1, CONSTRAINED, False, False
-    motions: list[SelectionProblem] = []
+    motions = no_motions(i, rows, tables, unchanged)
     which, closed = np.full(count, -1), search.excluded.copy()
     # Without detours each response is examined once, and its cost is the distance from one control.
     ordered = robot.objective == FOLLOW_ACCELERATION and len(costs) == count and settings.share >= 1.0

@@ -198,6 +198,15 @@ def choose(m: SelectionProblem, preferred: Array, d: int, most: float, within: f
 
 
 @kernel
+def no_motions(i: int, rows: ObstaclePieces, tables: DecisionTables, zero: Array) -> list[SelectionProblem]:
+    """An empty list of relative motions. numba needs the call to know their type."""
+    motions: list[SelectionProblem] = []
+    if len(motions) > 0:
+        motions.append(relative_motion(i, 0, rows, tables, zero, 0.0, zero, 0.0))
+    return motions
+
+
+@kernel
 def free_control(
     i: int,
     r: int,
