@@ -74,7 +74,7 @@ def by_environment(world: World, latest: float, after: float) -> Driven:
         now, state = env.worlds.now(), env.worlds.state()
         acceleration = decide(State(state.position.copy(), state.velocity.copy()), now)
         rows.append((now, state.position.copy(), state.velocity.copy(), acceleration))
-        _, _, ended, late, info = env.step(env.worlds.actions(acceleration[None, None])[0, 0])
+        _, _, ended, late, info = env.step(acceleration / world.max_acceleration)
         going = not (ended or late)
     columns = (np.array(each) for each in zip(*rows, strict=True))
     return Driven(*columns, info["time"] if info["is_success"] else None)

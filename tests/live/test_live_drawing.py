@@ -23,6 +23,10 @@ def test_a_scene_is_drawn_and_its_file_runs(tmp_path: Path) -> None:
         page.wait_for_function(f"{APP}.model.scene.title === 'drawing' && {APP}.model.complete")
         page.wait_for_timeout(300)
         assert page.evaluate(f"{APP}.model.scene.obstacles.length") == 0
+        # A stroke of some pixels would be a click.
+        page.mouse.move(*pixel(page, 5, -0.5))
+        page.mouse.wheel(0, -500)
+        page.wait_for_function(f"{APP}.view.scale > 12")
 
         def draw(tool: str, *points: tuple[float, float], changes: int) -> None:
             page.locator(f"[data-name={tool}]").click()
