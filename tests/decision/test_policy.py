@@ -184,11 +184,15 @@ def test_every_objective_takes_robots_a_budget_and_a_path(objective: Objective) 
 
 @pytest.mark.parametrize("seed", draws(range(40), 10))
 def test_an_objective_in_python_decides_as_the_same_one_in_a_kernel(seed: int) -> None:
-    """Over several decisions, which keep and change manoeuvres."""
+    """Over several decisions, which keep and change manoeuvres.
+
+    Accelerations to follow alone are left out: the kernel knows that they cost least where they are free, and examines
+    responses in another order, which may choose another one within the stated improvement.
+    """
     robot, state, obstacles, goal = a_scene(seed)
     pairs = (
         (Mix(((1.0, Arrive()), (0.6, KeepAcceleration()))), Mix(((1.0, ArriveInPython()), (0.6, KeepInPython())))),
-        (MostClearance(0.5, KeepAcceleration()), MostClearance(0.5, KeepInPython())),
+        (MostClearance(0.5, Arrive()), MostClearance(0.5, ArriveInPython())),
     )
     goal = replace(goal, trajectory=Stationary(goal.position(0.0)), stop=True)
     for one, other in pairs:
