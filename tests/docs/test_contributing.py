@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 import pytest
+import shapely
 from recorded_runs import same_bits
 
 from slalom import (
@@ -36,9 +37,11 @@ from slalom import (
     Trajectory,
     Uncertainty,
     Velocity,
+    read_walls,
 )
 from slalom.base.checks import Array, Checked, NotNegative, Positive, positive, vector
 from slalom.cli import DONE, FAILED, call
+from slalom.io.walls import WALL_FORMATS, Drawn, WallFormat
 from slalom.model.bounds import BOUNDS, HalfSpaces, axes
 from slalom.model.path import Path as Pieces, hermite_pieces
 from slalom.model.response import RESPONSES
@@ -324,6 +327,19 @@ def test_a_method_of_responses_that_are_there(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setitem(METHODS, "slow", row)
     table = compare("head_on", ["slow"], 1, settings={"duration": 1.0})
     assert table["methods"]["slow"]["runs"] == 1
+
+
+def test_a_format_of_walls(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """WALL_FORMATS[".segments"] = WallFormat("...", segments): in `read_walls` and in scenario files."""
+
+    def segments(path: Path, _: float) -> Drawn:
+        return Drawn([shapely.LineString(np.loadtxt(path).reshape(-1, 2))], 1.0)
+
+    monkeypatch.setitem(WALL_FORMATS, ".segments", WallFormat("lines of numbers", segments))
+    (tmp_path / "a.segments").write_text("0 -2 0 2\n")
+    (wall,) = read_walls(tmp_path / "a.segments").obstacles
+    low, high = np.array([part.corners for part in wall.shape.parts]).min(axis=(0, 1)), wall.trajectory.position(0.0)
+    assert (low + high).tolist() == [0.0, -2.0]
 
 
 def test_an_objective() -> None:
