@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import ArrayLike
 
 from slalom.base.checks import Array, positive, text
 from slalom.base.errors import InvalidFile, InvalidInput
@@ -32,8 +33,23 @@ ARC_ERROR: Final = 0.005
 Larger: round walls have corners that robots keep clear of too little. Smaller: more lines.
 """
 
+FARTHEST_CURVE: Final = 1e8
+"""[m] Largest distance of a curve from the origin of a drawing in DXF.
+
+Larger: mistaken drawings take minutes and all memory. Smaller: maps of countries are refused. So too the next two.
+"""
+
+MOST_POINTS: Final = 2**17
+"""[1] Largest number of points of a curve of a drawing in SVG."""
+
+MOST_SHAPES: Final = 1_000_000
+"""[1] Largest number of shapes of a drawing in DXF, with those of its blocks."""
+
 GROUND: Final = ".GS"
 """Cells of a MovingAI map that are free: ground and swamp."""
+
+OF_PACKAGES: Final = (ArithmeticError, AttributeError, LookupError, SyntaxError, TypeError, ValueError)
+"""What the packages that read DXF and SVG raise for mistakes in a file."""
 
 
 class Walls(NamedTuple):
@@ -90,9 +106,11 @@ def read_walls(path: Path | str, unit: float | str | None = None) -> Walls:
         raise InvalidInput(f"unit: expected the length of a unit of {file.name}, as 0.04 or cm, found none")
     if given is not None and row.unit is None:
         raise InvalidInput(f"unit: expected none for {file.name}, which states its own, found {unit}")
-    read = row.reader(file, given or row.unit or 1.0)
-    drawn = read if isinstance(read, Drawn) else Drawn((), 1.0)
-    walls = read if isinstance(read, tuple) else _outlines(file, read, given or read.unit or 1.0)
+    # Positions that are not finite are refused with those that are huge.
+    with np.errstate(invalid="ignore", over="ignore"):
+        read = row.reader(file, given or row.unit or 1.0)
+        drawn = read if isinstance(read, Drawn) else Drawn((), 1.0)
+        walls = read if isinstance(read, tuple) else _outlines(file, read, given or read.unit or 1.0)
     if not walls:
         raise InvalidFile([f"{file}: expected walls, found none"])
     corners = np.concatenate([part.corners for wall in walls for part in outline_parts(wall, 0.0)])
@@ -129,13 +147,11 @@ def _outlines(path: Path, drawn: Drawn, unit: float) -> tuple[Obstacle, ...]:
 def _wkt(path: Path, unit: float) -> Drawn:
     """The shapes of a text in WKT: one, or one on each line."""
     content = text_of(path)
-    # Positions that are not finite are refused with those that are huge.
-    with np.errstate(invalid="ignore"):
-        try:
-            return Drawn([shapely.from_wkt(content)])
-        except shapely.errors.ShapelyError:
-            lines = content.splitlines()
-            return Drawn([_parsed(path, k + 1, line) for k, line in enumerate(lines) if line.strip()])
+    try:
+        return Drawn([shapely.from_wkt(content)])
+    except shapely.errors.ShapelyError:
+        lines = content.splitlines()
+        return Drawn([_parsed(path, k + 1, line) for k, line in enumerate(lines) if line.strip()])
 
 
 def _parsed(path: Path, number: int, line: str) -> Any:
@@ -188,23 +204,27 @@ def _dxf(path: Path, unit: float) -> Drawn:
         from ezdxf import disassemble, units
         from ezdxf.path import make_path
     content, notes = decoded(path)
+    lines, others = list[Any](), Counter[str]()
     try:
         drawing = ezdxf.read(StringIO(content))
-    except (OSError, ezdxf.DXFError, UnicodeError, ValueError) as error:
+        # ezdxf takes m where a file has no unit.
+        known = drawing.units and "$INSUNITS" in content
+        stated = float(units.conversion_factor(drawing.units, units.M)) if known else None
+        for count, entity in enumerate(disassemble.recursive_decompose(drawing.modelspace())):
+            if count == MOST_SHAPES:
+                raise InvalidFile([f"{path}: expected at most {MOST_SHAPES} shapes, found more"])
+            try:
+                outline = make_path(entity)
+            except TypeError:
+                others[entity.dxftype()] += 1
+                continue
+            for part in outline.sub_paths():
+                if part.has_curves:
+                    _check_positions(path, [tuple(point) for point in part.control_vertices()], stated or unit)
+                points = [(x, y) for x, y, _ in part.flattening(ARC_ERROR / (stated or unit))]
+                lines += [shapely.LineString(points)] if len(points) > 1 else []
+    except (OSError, ezdxf.DXFError, *OF_PACKAGES) as error:
         raise InvalidFile([f"{path}: expected a drawing in DXF, found {' '.join(str(error).split())}"]) from None
-    # ezdxf takes m where a file has no unit.
-    known = drawing.units and "$INSUNITS" in content
-    stated = float(units.conversion_factor(drawing.units, units.M)) if known else None
-    lines, others = list[Any](), Counter[str]()
-    for entity in disassemble.recursive_decompose(drawing.modelspace()):
-        try:
-            outline = make_path(entity)
-        except TypeError:
-            others[entity.dxftype()] += 1
-            continue
-        for part in outline.sub_paths():
-            points = [(x, y) for x, y, _ in part.flattening(ARC_ERROR / (stated or unit))]
-            lines += [shapely.LineString(points)] if len(points) > 1 else []
     left_out = ", ".join(f"{count} {kind}" for kind, count in sorted(others.items()))
     return Drawn(lines, stated, (*notes, *([f"left out: {left_out}"] if others else [])))
 
@@ -220,16 +240,22 @@ def _svg(path: Path, unit: float) -> Drawn:
             shapely.LineString(points)
             for shape in drawing.elements(lambda element: isinstance(element, svg.Shape))
             for part in (svg.Path(shape) * to_units).reify().as_subpaths()
-            if len(points := _points(svg, svg.Path(part), ARC_ERROR / unit)) > 1
+            if len(points := _points(svg, svg.Path(part), path, unit)) > 1
         ]
-    except (ArithmeticError, AttributeError, LookupError, SyntaxError, TypeError, ValueError) as error:
-        # The package raises these for mistakes in a file.
+    except OF_PACKAGES as error:
         raise InvalidFile([f"{path}: expected a drawing in SVG, found {' '.join(str(error).split())}"]) from None
     return Drawn(lines, None, ("y points down, as in the file",))
 
 
-def _points(svg: Any, path: Any, error: float) -> Array:
-    """The points (n, 2) of a path of svgelements, with curves within an error of the lines between them."""
+def _check_positions(path: Path, points: ArrayLike, unit: float) -> None:
+    """Raise InvalidFile unless the points of a curve [unit] are at most FARTHEST_CURVE from the origin."""
+    farthest = float(np.abs(points).max()) * unit
+    if not farthest <= FARTHEST_CURVE:
+        raise InvalidFile([f"{path}: expected curves within {FARTHEST_CURVE:g} m, found one at {farthest:.3g} m"])
+
+
+def _points(svg: Any, path: Any, file: Path, unit: float) -> Array:
+    """The points (n, 2) of a path of svgelements, with curves within ARC_ERROR of the lines between them."""
     found = list[Array]()
     for piece in path:
         if isinstance(piece, (svg.Move, svg.Line, svg.Close)):
@@ -238,8 +264,10 @@ def _points(svg: Any, path: Any, error: float) -> Array:
         count = 2
         while True:
             points = np.asarray(piece.npoint(np.linspace(0.0, 1.0, 2 * count + 1)), dtype=np.float64)
+            if count > MOST_POINTS:
+                raise InvalidFile([f"{file}: expected curves of at most {MOST_POINTS} points, found a longer one"])
             # Between two points of a curve, its distance from the chord is that of the point between them, nearly.
-            if np.linalg.norm(points[1::2] - 0.5 * (points[:-1:2] + points[2::2]), axis=1).max() <= error:
+            if np.linalg.norm(points[1::2] - 0.5 * (points[:-1:2] + points[2::2]), axis=1).max() * unit <= ARC_ERROR:
                 break
             count *= 2
         found.append(points[::2])
