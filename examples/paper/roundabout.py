@@ -22,8 +22,15 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
-from slalom.paper import drawing
-from slalom.paper.controller import (
+from slalom.sim import Scenario, simulate
+from slalom.sim.gallery import build
+from slalom.sim.measure.closest_approach import positions_at
+from slalom.sim.measure.metrics import COLLISION, METRICS
+from slalom.view import control_space, workspace
+from slalom.view.style import FAINT, PAGE, ROBOT, style
+
+from . import drawing
+from .controller import (
     BATCH,
     LANE_SPEEDS,
     MARGIN,
@@ -35,12 +42,6 @@ from slalom.paper.controller import (
     preferred_acceleration,
     run,
 )
-from slalom.sim import Scenario, simulate
-from slalom.sim.gallery import build
-from slalom.sim.measure.closest_approach import positions_at
-from slalom.sim.measure.metrics import COLLISION, METRICS
-from slalom.view import control_space, workspace
-from slalom.view.style import FAINT, PAGE, ROBOT, style
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Claim `crossing`: how often one constant acceleration crosses the roundabout, and how often AO and NAO find one.
