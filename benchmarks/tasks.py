@@ -27,7 +27,7 @@ from slalom import (
     method,
 )
 from slalom.decision.objective import Arrive, Situation, preferred_control
-from slalom.obstacle.predicted import predicted
+from slalom.obstacle.window import predicted
 
 HORIZON, HOLD, OBSTACLES = 6.0, 1.0, 30
 ROBOT, LIMITS, MARGIN = Disc(1.0), Limits(8.0, 4.0), 0.025

@@ -16,9 +16,9 @@ from slalom.io.formats import FORMATS
 from slalom.io.table import SAMPLES
 from slalom.peers import CONTENDERS
 from slalom.sim.gallery import GALLERY
+from slalom.sim.measure.hdf5 import ARRAYS
 from slalom.sim.measure.metrics import METRICS
 from slalom.sim.measure.tidy_table import COLUMNS
-from slalom.sim.measure.units import ARRAYS
 
 sys.path.insert(0, str(Path(__file__).parent))
 

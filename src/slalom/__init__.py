@@ -12,7 +12,7 @@ packages are not installed.
 
 import lazy_loader
 
-from slalom.base.extras import MODULES, first_missing
+from slalom.base.errors import MODULES, first_missing
 
 __getattr__, _, _names = lazy_loader.attach_stub(__name__, __file__)
 __all__ = [name for name in _names if name not in MODULES or first_missing(name) is None]

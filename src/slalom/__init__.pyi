@@ -38,7 +38,13 @@ from .decision.objective import (
     Objective as Objective,
     preferred_control as preferred_control,
 )
-from .decision.settings import Risk as Risk, Settings as Settings
+from .decision.settings import (
+    Horizon as Horizon,
+    HorizonByName as HorizonByName,
+    Risk as Risk,
+    SafeTime as SafeTime,
+    Settings as Settings,
+)
 from .fleet.fleet import Fleet as Fleet, FleetDecision as FleetDecision
 from .fleet.routes import routes as routes
 from .forecast.forecast import (
@@ -53,8 +59,7 @@ from .forecast.forecast import (
     Known as Known,
     Present as Present,
 )
-from .io.maps import read_map as read_map
-from .io.walls import Walls as Walls, read_walls as read_walls
+from .io.walls import Walls as Walls, read_map as read_map, read_walls as read_walls
 from .lookahead.expected_loss import ExpectedLoss as ExpectedLoss
 from .lookahead.navigator import LookAhead as LookAhead, SequenceDecision as SequenceDecision
 from .model.bounds import (
@@ -119,7 +124,6 @@ from .model.uncertainty import (
     Uncertainty as Uncertainty,
 )
 from .obstacle import Headings as Headings, Obstacle as Obstacle
-from .obstacle.horizon import Horizon as Horizon, HorizonByName as HorizonByName, SafeTime as SafeTime
 from .obstacle.occupancy import OccupancyTable as OccupancyTable, occupancy as occupancy
 from .obstacle.table import ObstacleTable as ObstacleTable
 from .obstacle.tracks import Tracks as Tracks

@@ -12,7 +12,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import known, whole
-from slalom.base.extras import first_missing
+from slalom.base.errors import first_missing
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select_many
 from slalom.decision import Decision

@@ -26,10 +26,18 @@ from ros_messages import (
 )
 
 from slalom import Disc, DriveStatus, Polygon, Polyline, Rectangle
-from slalom.adapters.ros.messages import Frames, odometry
+from slalom.adapters.ros.messages import (
+    Frames,
+    detections,
+    markers,
+    objects,
+    obstacles,
+    occupancy_grid,
+    odometry,
+    people,
+)
 from slalom.adapters.ros.node import Node
 from slalom.adapters.ros.shell import NodeSettings
-from slalom.adapters.ros.tracked import detections, markers, objects, obstacles, occupancy_grid, people
 from slalom.base.errors import InvalidInput
 
 KINDS = Message(Twist=Message, Accel=Message, Vector3=Message)

@@ -31,8 +31,7 @@ from slalom.decision.futures import least_given_up, levels
 from slalom.forecast.forecast import FromModels
 from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled
-from slalom.obstacle.predicted import futures, predicted
-from slalom.obstacle.window import Obstacles, ObstacleWindow
+from slalom.obstacle.window import Obstacles, ObstacleWindow, futures, predicted
 from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
 

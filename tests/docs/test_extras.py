@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import slalom
-from slalom.base.extras import MODULES, Extra, first_missing, require
+from slalom.base.errors import MODULES, Extra, first_missing, require
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tools"))

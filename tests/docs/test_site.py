@@ -15,8 +15,8 @@ from slalom.cli.file_keys import FAMILIES, MAPPINGS, MEANINGS
 from slalom.sim.files.parts import model_of_part
 from slalom.sim.files.schema import ScenarioSpec
 from slalom.sim.gallery import GALLERY
+from slalom.sim.measure.hdf5 import OWN_UNITS, UNITS, unit_of
 from slalom.sim.measure.metrics import METRICS
-from slalom.sim.measure.units import OWN_UNITS, UNITS, unit_of
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tools"))

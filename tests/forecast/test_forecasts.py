@@ -36,7 +36,7 @@ from slalom import (
 )
 from slalom.base.tolerances import REST
 from slalom.forecast.forecast import OBSERVING, STRAIGHT_TURN_RATE as STRAIGHT
-from slalom.obstacle.predicted import predicted
+from slalom.obstacle.window import predicted
 from slalom.peers import contender
 
 LATER = np.linspace(0.0, 30.0, 301)

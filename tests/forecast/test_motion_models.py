@@ -20,7 +20,7 @@ from slalom import (
     method,
 )
 from slalom.forecast.from_models import MODEL_LEAD
-from slalom.obstacle.predicted import predicted
+from slalom.obstacle.window import predicted
 
 STEP = 0.1
 STAMPS = np.arange(0.0, 12.0, STEP)

@@ -11,7 +11,7 @@ from slalom.base.tolerances import SIMILAR_VELOCITY_SPAN
 from slalom.kernels.arrays import TrackSamples
 from slalom.kernels.crowd import SIMILAR_CANDIDATES, SIMILAR_DOUBT, SIMILAR_PLACE, SIMILAR_REACH, SIMILAR_VELOCITY
 from slalom.model.trajectory import Trajectory
-from slalom.obstacle.predicted import futures
+from slalom.obstacle.window import futures
 
 STEP = 0.1
 each_dimension = pytest.mark.parametrize("d", [2, 3])

@@ -21,7 +21,7 @@ from recording_formats import RECORDED, SAMPLES, WALK, Row, geocentric, recorded
 
 from slalom import ConstantVelocity, InvalidFile, InvalidInput, Sampled
 from slalom.io.formats import FORMATS, format_of, read_recording, write_recording
-from slalom.io.geodesy import project
+from slalom.io.layout import project
 from slalom.io.recorded import Agent, RecordedTracks, tracks_at
 from slalom.io.table import sample_data
 

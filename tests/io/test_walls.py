@@ -10,7 +10,7 @@ from recording_formats import RECORDED
 from wall_files import MOVINGAI, SVG, dxf, written
 
 from slalom import METHODS, InvalidFile, Polyline, Stationary, read_walls
-from slalom.base.extras import MissingExtra
+from slalom.base.errors import MissingExtra
 from slalom.obstacle.pieces import outline_parts
 from slalom.sim import simulate
 from slalom.sim.files.scenario_yaml import files_of, read_scenario

@@ -12,10 +12,9 @@ import numpy as np
 from slalom import Disc, Goal, Limits, Navigator, State, Stationary, method
 from slalom.adapters.mavlink import setpoint
 from slalom.adapters.ros import topics
-from slalom.adapters.ros.messages import Frames, odometry
+from slalom.adapters.ros.messages import Frames, detections, markers, objects, obstacles, odometry, people
 from slalom.adapters.ros.shell import NodeSettings
 from slalom.adapters.ros.topics import figure
-from slalom.adapters.ros.tracked import detections, markers, objects, obstacles, people
 from slalom.cli.others import replay
 
 

@@ -42,8 +42,7 @@ from slalom import (
     method,
 )
 from slalom.base.tolerances import COMMITTED_SLACK
-from slalom.lookahead.bounds import bound_table
-from slalom.lookahead.search import padded
+from slalom.lookahead.search import bound_table, padded
 
 COMPROMISES = (Outcome.IMPACT, Outcome.INADMISSIBLE, Outcome.ESCAPING)
 """Outcomes of decisions that may break a bound."""

@@ -41,7 +41,7 @@ from slalom import (
 from slalom.forecast.forecast import AtConstantVelocity
 from slalom.model.trajectory.protocol import direction_path
 from slalom.model.uncertainty import chi_quantile
-from slalom.obstacle.predicted import predicted
+from slalom.obstacle.window import predicted
 
 MOVING = [name for name in TRAJECTORIES if name not in ("stationary", "function", "moved")]
 TIMES = np.linspace(0.0, 6.0, 4001)

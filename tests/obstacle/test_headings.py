@@ -27,7 +27,7 @@ from slalom import (
     Velocity,
     control_obstacle,
 )
-from slalom.obstacle.predicted import predicted
+from slalom.obstacle.window import predicted
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.scenario_writer import scenario_text

@@ -21,7 +21,7 @@ from slalom import (
     Tracks,
     method,
 )
-from slalom.perception.association import GATE, least_sum
+from slalom.perception.tracker import GATE, least_sum
 
 NOISE = 0.05
 

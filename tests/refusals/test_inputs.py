@@ -99,7 +99,7 @@ from slalom import (
     view,
 )
 from slalom.base import checks
-from slalom.base.extras import require
+from slalom.base.errors import require
 from slalom.cli import console
 from slalom.io import table as polynomials
 from slalom.io.formats import format_of, read_recording, write_recording
@@ -128,14 +128,14 @@ from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenarios
 from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
 from slalom.sim.gallery import build
-from slalom.sim.measure.agent_table import write_agents
+from slalom.sim.measure.export_tracks import write_agents
 from slalom.sim.measure.metrics import path_length
 from slalom.sim.measure.tidy_table import _imported, write_table
 from slalom.sim.sweep.case import SOURCES as SOURCES_NOW, Case as Run, Failure, drawn, run_case
 from slalom.sim.sweep.store import Shard, Store, _Former, _refuse_another
 from slalom.sim.sweep.study import grid, named
 from slalom.view.control_space import admissible_region
-from slalom.view.study import axis_of
+from slalom.view.figure import axis_of
 
 SOURCES = Path(slalom.__file__).parent
 NAN, INF = float("nan"), float("inf")

@@ -17,7 +17,7 @@ from slalom.io.recorded import Agent, RecordedTracks
 from slalom.model.goal import Goal
 from slalom.model.trajectory import Sampled
 from slalom.sim import Recording, Robot, Scenario, metrics, simulate
-from slalom.sim.measure.agent_table import rows_of_run, rows_of_tracks
+from slalom.sim.measure.export_tracks import rows_of_run, rows_of_tracks
 
 PAGE = Path(__file__).parents[2] / "docs" / "recordings.md"
 WALLS = ([(0, -5), (0, -0.7)], [(0, 0.7), (0, 5)])

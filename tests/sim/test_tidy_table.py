@@ -11,8 +11,8 @@ from recorded_runs import recorded
 from slalom import InvalidFile, InvalidInput, method
 from slalom.cli import call
 from slalom.sim import Recording, gallery, simulate
+from slalom.sim.measure.hdf5 import ARRAYS, units_of
 from slalom.sim.measure.tidy_table import COLUMNS, columns_of, write_table
-from slalom.sim.measure.units import ARRAYS, units_of
 
 pandas = pytest.importorskip("pandas")
 

@@ -13,8 +13,7 @@ import numpy as np
 import shapely
 
 from slalom.base.checks import Array, not_negative, positive
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.decision import Decision
 from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator

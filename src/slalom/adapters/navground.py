@@ -17,8 +17,7 @@ import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import Array, positive
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.base.tolerances import BRAKING_SHARE
 from slalom.decision.methods import method
 from slalom.fleet.fleet import Fleet

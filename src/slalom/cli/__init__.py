@@ -10,8 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from slalom import __version__, kernels
-from slalom.base.errors import SlalomError
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, SlalomError
 
 with Extra("sim", "slalom"):
     from cyclopts import App, CycloptsError, UnusedCliTokensError

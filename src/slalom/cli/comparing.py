@@ -125,7 +125,7 @@ class Written:
         drawable(self.figure)
         refuse_without(self.figure, self.look)
         if self.figure is not None:
-            from slalom.view.study import axis_of
+            from slalom.view.figure import axis_of
 
             axis_of([row.settings for row in study.rows])
         writable(self.page, self.figure, *tables)

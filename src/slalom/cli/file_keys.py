@@ -35,7 +35,7 @@ from slalom.sim.files.schema import (
     ScenarioSpec,
     TableSpec,
 )
-from slalom.sim.measure.units import unit_of
+from slalom.sim.measure.hdf5 import unit_of
 from slalom.sim.sweep.study import ScenarioRowSpec, StudySpec
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -120,7 +120,7 @@ def _convert_agents(source: Path, target: Path, rate: float | None, reading: Rea
     from slalom.io.formats import FORMATS
     from slalom.sim import Recording
     from slalom.sim.files.recorded_traffic import radii_of
-    from slalom.sim.measure.agent_table import rows_of_run, rows_of_tracks, write_agents
+    from slalom.sim.measure.export_tracks import rows_of_run, rows_of_tracks, write_agents
 
     from_run = is_run(source)
     _refuse_options(source, reading if from_run else None, rate)

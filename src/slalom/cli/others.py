@@ -10,8 +10,7 @@ from typing import Annotated, Any, Final, Literal
 from cyclopts import App, Group, Parameter
 
 from slalom.adapters.ros.shell import NodeSettings
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.cli.console import (
     DONE,
     FAILED,

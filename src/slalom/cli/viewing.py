@@ -6,8 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.cli.console import (
     DONE,
     Flag,

@@ -14,7 +14,7 @@ import numpy as np
 from slalom.base.checks import STATE, Array, has, not_before, not_negative, number
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
-from slalom.decision.inputs import Approach, Commitment, DecisionInputs
+from slalom.decision.settings import Settings
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre, state_after
 from slalom.model.path import Path
@@ -25,6 +25,44 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
+
+
+class Approach(NamedTuple):
+    """The last progress of a robot towards its goal."""
+
+    distance: float  # [m] that was left, without the tolerance of the goal
+    since: float  # [s] absolute time
+    target: Array  # (d,) [m] position of the goal then
+    pace: float  # [m] the least distance left so far, plus what a robot drives that is not held up, see HELD_UP
+    paced: float  # [s] absolute time of that
+
+
+class Commitment(NamedTuple):
+    """The part of the previous decision on which a decision depends, see `Decision`."""
+
+    manoeuvre: Manoeuvre
+    path: Path | None
+    progress: float | None
+    approach: Approach | None
+
+
+class DecisionInputs(NamedTuple):
+    """All inputs of a decision, see `Navigator.decide`."""
+
+    navigator: Settings
+    state: State
+    obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
+    goal: Goal | None
+    robots: Tracks | None
+    now: float
+    budget: float | None
+    previous: Commitment | None
+    searched: bool = False  # whether a search over sequences made the decision: the navigator alone does not repeat it
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The decision.
+
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Reports of a decision: the expected collision, the obstacles in the way, a line for a log, a dictionary.

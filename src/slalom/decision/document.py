@@ -9,10 +9,10 @@ from typing import Any, Final
 
 from slalom.base.errors import InvalidFile, InvalidInput, reason
 from slalom.base.registry import Tables, to_plain
-from slalom.decision.inputs import Commitment, DecisionInputs
+from slalom.decision.decision import Commitment, DecisionInputs
 from slalom.decision.methods import variant_of
 from slalom.decision.objective import OBJECTIVES
-from slalom.decision.settings import Settings, names_of
+from slalom.decision.settings import HORIZONS, Settings, names_of
 from slalom.forecast.forecast import FORECASTS
 from slalom.model.bounds import BOUNDS, Bound
 from slalom.model.goal import Goal
@@ -24,7 +24,6 @@ from slalom.model.shape import SHAPES, Shape
 from slalom.model.trajectory import TRAJECTORIES, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES, Uncertainty
 from slalom.obstacle import Obstacle
-from slalom.obstacle.horizon import HORIZONS
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 

@@ -8,8 +8,7 @@ import numpy.typing as npt
 import shapely
 
 from slalom.base.checks import Array, array_of, each_number, not_negative, vectors
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.decision.settings import Settings
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts

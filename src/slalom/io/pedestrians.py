@@ -12,8 +12,7 @@ import numpy as np
 import shapely
 
 from slalom.base.checks import Array, positive, shown
-from slalom.base.errors import InvalidFile, InvalidInput
-from slalom.base.extras import require
+from slalom.base.errors import InvalidFile, InvalidInput, require
 from slalom.base.tolerances import LARGEST
 from slalom.io.hdf5 import Texts, member, numbers, read_tree, scalar
 from slalom.io.layout import frame_step, length_unit

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from slalom.base.errors import InvalidFile, reason
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidFile, reason
 from slalom.io.recorded import counted
 from slalom.io.table import Table, decoded, file_size
 

@@ -6,8 +6,7 @@ from time import monotonic, thread_time
 from typing import Any, Final
 
 from slalom.base.checks import has, number, positive
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.decision import Decision
 from slalom.live.messages import pack, series
 from slalom.live.recorded import of_decision

@@ -4,8 +4,7 @@ import html
 from typing import Any, Final
 
 from slalom.base.checks import flag, whole
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.decision.methods import METHODS, Method
 from slalom.live.messages import Scene, block, file_page, pack, renderer, series
 from slalom.live.recorded import how_ended, messages

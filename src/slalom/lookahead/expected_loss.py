@@ -27,14 +27,12 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
-from slalom.decision.decision import completed, made
-from slalom.decision.inputs import DecisionInputs
+from slalom.decision.decision import DecisionInputs, completed, made
 from slalom.forecast.forecast import EXACT, Present
 from slalom.kernels.arrays import Flags
 from slalom.kernels.sequence_search.tables import BoundTable
-from slalom.lookahead.bounds import bound_table
 from slalom.lookahead.navigator import LookAhead, SequenceDecision, motions_of, rise_of
-from slalom.lookahead.search import NODE_TIME_SLACK, directions, padded
+from slalom.lookahead.search import NODE_TIME_SLACK, bound_table, directions, padded
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre

@@ -11,15 +11,22 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision
-from slalom.decision.decision import Outcome, completed, made, state_to_decide_from
+from slalom.decision.decision import DecisionInputs, Outcome, completed, made, state_to_decide_from
 from slalom.decision.futures import Level, least_given_up, levels, time_of
-from slalom.decision.inputs import DecisionInputs
 from slalom.decision.navigator import Navigator, goal_or_place
 from slalom.forecast.forecast import EXACT, Known
 from slalom.forecast.from_models import FromModels
 from slalom.kernels.arrays import Flags
-from slalom.lookahead.bounds import bound_table
-from slalom.lookahead.search import NODE_TIME_SLACK, PredictedObstacles, Search, Work, new_search, run_searches, step_of
+from slalom.lookahead.search import (
+    NODE_TIME_SLACK,
+    PredictedObstacles,
+    Search,
+    Work,
+    bound_table,
+    new_search,
+    run_searches,
+    step_of,
+)
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenCoast
@@ -27,9 +34,8 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.model.uncertainty import Scaled
 from slalom.obstacle import Obstacle
-from slalom.obstacle.predicted import futures
 from slalom.obstacle.table import same_dimension
-from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
+from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, futures, listed
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Input and output of one decision of a robot that looks ahead.

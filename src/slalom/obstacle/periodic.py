@@ -22,7 +22,7 @@ from slalom.model.path import Path
 from slalom.model.trajectory import Stationary, Trajectory
 from slalom.model.trajectory.protocol import moving_direction
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.predicted import predicted
+from slalom.obstacle.window import predicted
 
 IMAGES: Final = 1e-9
 """[1] Images of a periodic world are also listed up to this many periods outside the box that is searched.

@@ -8,8 +8,7 @@ import numpy as np
 import shapely
 
 from slalom.base.checks import Array
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.model.shape import Part
 from slalom.obstacle import Obstacle
 

@@ -1,7 +1,7 @@
 """Tracks of moving obstacles from measurements that are late, rare, repeated, missing or wrong."""
 
 from bisect import bisect_left, bisect_right, insort
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain, count
 from math import hypot, sqrt
@@ -27,15 +27,13 @@ from slalom.base.checks import (
     shown,
     vector,
 )
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import require
+from slalom.base.errors import Extra, InvalidInput, require
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.shape import Disc, Shape, is_round
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.model.uncertainty import BoundedError, GrowsUntil, KalmanError, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
-from slalom.perception.association import GATE, OTHER_ID, least_sum, nearest_first
 from slalom.perception.conformal import Calibration
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -634,3 +632,48 @@ def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) 
             f"{prefix}covariance: expected a symmetric matrix without negative eigenvalues, found another"
         )
     return found
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Which measurement of one time belongs to which track.
+
+
+GATE: Final = 6.0
+"""[1] Standard deviations up to which a measured position may be from the predicted one of its track.
+
+People that stop or turn are up to 5.9 of those of a filter with 0.2 m/s^2/sqrt(Hz) away. Larger: an exchange of ids
+between people close to each other changes their velocities. Smaller: the track of a person that turns begins anew.
+"""
+
+OTHER_ID: Final = 3.0
+"""[1] Standard deviations for which a wrong id counts.
+
+Larger: exchanged ids are found only farther apart. Smaller: noise exchanges people that touch.
+"""
+
+
+def nearest_first(pairs: Iterable[tuple[float, int, int]]) -> dict[int, int]:
+    """The track of each measurement, from pairs (distance, measurement, track) by increasing distance.
+
+    A pair counts if neither its measurement nor its track is in one before.
+    """
+    found: dict[int, int] = {}
+    for _, measurement, track in sorted(pairs):
+        if measurement not in found and track not in found.values():
+            found[measurement] = track
+    return found
+
+
+def least_sum(distances: Array) -> dict[int, int]:
+    """The track of each measurement, of least sum of squared `distances` (measurements, tracks) [1].
+
+    A pair beyond GATE is none, and counts as one at GATE: as many pairs are made as gates admit.
+
+    Raises:
+        MissingExtra: no scipy.
+    """
+    with Extra("tracks", "measurements without ids"):
+        from scipy.optimize import linear_sum_assignment
+    rows, columns = linear_sum_assignment(np.minimum(distances, GATE) ** 2)
+    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+    return {row: column for row, column in pairs if distances[row, column] <= GATE}

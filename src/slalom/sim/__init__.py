@@ -2,7 +2,7 @@
 
 import lazy_loader
 
-from slalom.base.extras import require
+from slalom.base.errors import require
 
 require("sim", __name__)
 

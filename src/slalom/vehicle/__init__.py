@@ -6,10 +6,9 @@ docs/vehicles.md. Ways from pose to pose need shapely.
 
 from slalom.vehicle.curves import Arc, dubins, reeds_shepp, to_place, turn_and_drive
 from slalom.vehicle.decision import VehicleDecision
-from slalom.vehicle.kinds import Bicycle, DifferentialDrive
 from slalom.vehicle.navigator import VehicleNavigator
 from slalom.vehicle.sweep import outline
-from slalom.vehicle.vehicle import Command, Pose, Vehicle
+from slalom.vehicle.vehicle import Bicycle, Command, DifferentialDrive, Pose, Vehicle
 from slalom.vehicle.ways import WayFound, way_among
 
 __all__ = [

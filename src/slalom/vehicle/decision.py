@@ -15,8 +15,7 @@ from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
-from slalom.decision.decision import Collision
-from slalom.decision.inputs import Commitment
+from slalom.decision.decision import Collision, Commitment
 from slalom.kernels.arrays import Bodies
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre
@@ -24,9 +23,8 @@ from slalom.model.path import Path, hermite
 from slalom.model.response.protocol import Unsteered
 from slalom.model.state import Affine, State
 from slalom.obstacle.window import ObstacleWindow
-from slalom.vehicle.following import Following
 from slalom.vehicle.vehicle import Command, Pose, Vehicle, pose_of
-from slalom.vehicle.ways import WayFound
+from slalom.vehicle.ways import Following, WayFound
 
 
 class Moment(NamedTuple):

@@ -25,7 +25,7 @@ from slalom.base.checks import (
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import TIME
 from slalom.decision import Decision
-from slalom.decision.inputs import Approach
+from slalom.decision.decision import Approach
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import FollowVelocity
 from slalom.model.goal import Goal
@@ -35,9 +35,9 @@ from slalom.model.trajectory import Stationary
 from slalom.obstacle.window import Obstacles, listed
 from slalom.perception.tracker import Tracker
 from slalom.vehicle.decision import VehicleDecision
-from slalom.vehicle.following import same_goal
 from slalom.vehicle.navigator import VehicleNavigator
 from slalom.vehicle.vehicle import POSE, Command, Pose
+from slalom.vehicle.ways import same_goal
 
 RETRY: Final = 3.0
 """[s] without progress after a recovery, or without a way to the goal, after which the next step follows.

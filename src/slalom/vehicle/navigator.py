@@ -31,9 +31,12 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, listed
 from slalom.vehicle.curves import Way, ends
 from slalom.vehicle.decision import PERSISTS, Moment, Proposal, VehicleDecision, estimated, manoeuvre_of
-from slalom.vehicle.following import (
+from slalom.vehicle.sweep import Scene, convex_bodies
+from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
+from slalom.vehicle.ways import (
     OFF_WAY,
     Following,
+    WayFound,
     begun,
     direct_ways,
     followed,
@@ -43,9 +46,6 @@ from slalom.vehicle.following import (
     same_goal,
     search,
 )
-from slalom.vehicle.sweep import Scene, convex_bodies
-from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
-from slalom.vehicle.ways import WayFound
 
 CONTACT_SHARE: Final = 1e-4
 """[1] Depth of an overlap that counts as contact, as a share of the size of the body: 0.4 mm for a car.

@@ -3,14 +3,13 @@
 All figures are `matplotlib.figure.Figure` objects, never pyplot figures: no window opens, no global state changes.
 """
 
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra
 
 with Extra("view", __name__):
     from slalom.view.control_space import control_space
-    from slalom.view.figure import decision, paths
+    from slalom.view.figure import decision, paths, study
     from slalom.view.film import animate
     from slalom.view.fleet import fleet
-    from slalom.view.study import study
     from slalom.view.style import resized, save
     from slalom.view.workspace import workspace
 

@@ -19,8 +19,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
 from slalom.base.checks import Array, flag, not_negative, positive, whole
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.decision import Decision
 from slalom.kernels.arrays import Flags
 from slalom.model.path_goal import PathGoal

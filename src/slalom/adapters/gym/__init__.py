@@ -4,7 +4,7 @@
 for `gymnasium.make("slalom.adapters.gym:slalom/NAME-v0")`.
 """
 
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra
 
 with Extra("gym", __name__):
     import gymnasium

@@ -8,17 +8,21 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from slalom.adapters.ros.messages import (
+    READERS,
     SECOND,
     Frames,
     Odometry,
     Placed,
     Placement,
+    grid_cells,
+    markers,
     nanoseconds,
+    occupancy_grid,
     odometry,
+    placed_in,
     seconds,
     xyz,
 )
-from slalom.adapters.ros.tracked import READERS, grid_cells, markers, occupancy_grid, placed_in
 from slalom.base.checks import GOAL, Array, has, not_negative, shown, text
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import OCCUPIED, REST

@@ -99,8 +99,8 @@ class NodeSettings:
         from slalom.model.shape import Disc
         from slalom.perception.tracker import ConstantVelocityFilter, Tracker
         from slalom.vehicle.driver import Driver
-        from slalom.vehicle.kinds import DifferentialDrive
         from slalom.vehicle.navigator import VehicleNavigator
+        from slalom.vehicle.vehicle import DifferentialDrive
 
         settings: dict[str, Any] = {"horizon": self.horizon, "margin": self.margin, "patience": self.patience}
         body, chosen = Disc(self.radius), method(self.method)

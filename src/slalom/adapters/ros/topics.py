@@ -8,9 +8,8 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.adapters.ros.messages import SECOND, dds_type, seconds, store, to_dds
+from slalom.adapters.ros.messages import READERS, SECOND, dds_type, seconds, store, to_dds
 from slalom.adapters.ros.node import KINDS, Command, Node
-from slalom.adapters.ros.tracked import READERS
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidFile, InvalidInput, reason
 from slalom.model.shape import Disc, Shape

@@ -9,11 +9,11 @@ from pydantic import AfterValidator, Field, FiniteFloat, ValidationError
 
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.decision import Commitment, Decision, DecisionInputs, Outcome
+from slalom.decision.decision import Approach
 from slalom.decision.document import FORECAST_KINDS, FORMAT, RESPONSE_KINDS, result
-from slalom.decision.inputs import Approach
 from slalom.decision.methods import VARIANTS, derived
 from slalom.decision.navigator import Navigator
-from slalom.decision.settings import Risk, Settings
+from slalom.decision.settings import HORIZONS, Risk, Settings
 from slalom.io.recorded import first_of
 from slalom.io.table import text_of
 from slalom.io.yaml_nodes import MAX_MISTAKES, compose
@@ -22,7 +22,6 @@ from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path import Path as CubicPath
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
-from slalom.obstacle.horizon import HORIZONS
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.sim.files.parts import (

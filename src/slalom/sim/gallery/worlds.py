@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from slalom.base.checks import Array, flag, not_negative, positive, whole
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 from slalom.io.formats import read_recording
 from slalom.io.table import sample_data
 from slalom.model.goal import Goal

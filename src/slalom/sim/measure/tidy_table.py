@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.errors import InvalidFile, InvalidInput, reason
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidFile, InvalidInput, reason
 
 if TYPE_CHECKING:
     from slalom.sim.measure.recording import Recording

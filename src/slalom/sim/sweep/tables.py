@@ -7,8 +7,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, Final
 
-from slalom.base.errors import InvalidInput
-from slalom.base.extras import Extra
+from slalom.base.errors import Extra, InvalidInput
 
 Table = Mapping[str, Any]
 """A result of `study.compare`."""
