@@ -83,6 +83,13 @@ class ModelByContent(ABC):
     def model_of(self, content: object) -> type[Model] | None:
         """Return the model of this content; None if the content does not determine one."""
 
+    @abstractmethod
+    def validate(self, content: object) -> object:
+        """Return the validated content. Raises the errors of pydantic, which collects them with the others."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.validate)
+
 
 def keys_at(model: type[Model], content: Any, place: Place) -> list[str]:
     """Return the keys that the mapping at `place` may have, in a file of this `model` and `content`."""
@@ -170,12 +177,10 @@ class OfAnyKind(ModelByContent):
     kinds: Mapping[str, type]
 
     def model_of(self, content: object) -> type[PartModel] | None:
-        """Return the model of the kind that the content names."""
         kind = content.get("kind") if isinstance(content, dict) else None
         return model_of_part(kind, self.kinds[kind]) if isinstance(kind, str) and kind in self.kinds else None
 
     def validate(self, content: object) -> PartModel:
-        """Return the validated model. Raises the errors of pydantic, which collects them with the others."""
         if not isinstance(content, dict):
             raise PydanticKnownError("model_attributes_type")
         if "kind" not in content:
@@ -186,9 +191,6 @@ class OfAnyKind(ModelByContent):
             context = {"discriminator": "'kind'", "tag": str(content["kind"]), "expected_tags": tags}
             raise PydanticKnownError("union_tag_invalid", context)
         return model.model_validate(content)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.validate)
 
 
 TrajectoryModel = Annotated[PartModel, OfAnyKind(TRAJECTORIES)]

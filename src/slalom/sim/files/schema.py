@@ -12,14 +12,12 @@ from pydantic import (
     ConfigDict,
     Field,
     FiniteFloat,
-    GetCoreSchemaHandler,
     TypeAdapter,
     ValidationInfo,
     create_model,
     field_validator,
 )
 from pydantic.fields import FieldInfo
-from pydantic_core import core_schema
 
 from slalom.base.checks import did_you_mean, shown, vectors
 from slalom.base.errors import InvalidFile, InvalidInput
@@ -238,19 +236,14 @@ class HeadingOfContent(ModelByContent):
     """Metadata of the heading of an obstacle: one message for a content that is none."""
 
     def model_of(self, content: object) -> type[Model] | None:
-        """Return the model of angles over time for a mapping."""
         return HeadingsSpec if isinstance(content, dict) else None
 
     def validate(self, content: object) -> object:
-        """Return the validated heading. Raises the errors of pydantic, which collects them with the others."""
         if isinstance(content, dict):
             return HeadingsSpec.model_validate(content)
         if content == "motion" or (type(content) in (int, float) and isfinite(cast(float, content))):
             return content
         raise InvalidInput(f"expected an angle [rad], 'motion', or times and angles; found {shown(content)}")
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.validate)
 
 
 HeadingModel = Annotated[float | Literal["motion"] | HeadingsSpec, HeadingOfContent()]
@@ -306,13 +299,9 @@ class NumberOrRange(ModelByContent):
         return self.range if isinstance(content, dict) else None
 
     def validate(self, content: object) -> object:
-        """Return the number or the range. Raises the errors of pydantic, which collects them with the others."""
         if isinstance(content, dict):
             return self.range.model_validate(content)
         return TypeAdapter(self.number, config=ConfigDict(strict=True)).validate_python(content)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.validate)
 
 
 PositiveOrRange = Annotated[Any, NumberOrRange(Positive, PositiveRangeSpec)]
@@ -370,13 +359,9 @@ class RobotOrGroupByContent(ModelByContent):
         return GroupSpec if is_group(content) else TableSpec if is_table(content) else RobotSpec
 
     def validate(self, content: object) -> Model:
-        """Return the robot or the group. Raises the errors of pydantic, which collects them with the others."""
         model = self.model_of(content)
         assert model is not None
         return model.model_validate(content)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.validate)
 
 
 RobotOrGroup = Annotated[Model, RobotOrGroupByContent()]
