@@ -24,51 +24,19 @@ from slalom.obstacle import Headings, Obstacle
 from slalom.sim.measure.responses import RecordedResponses
 
 UNITS: Final[Mapping[str, str]] = {
-    "acceleration": "m/s^2",
-    "at": "s",
-    "braking": "m/s^2",
-    "by": "m",
-    "center": "m",
-    "coefficients": "m, m/s, m/s^2, ...",
-    "columns": "-",
-    "corner": "m",
-    "corners": "m",
-    "correlation": "1",
-    "durations": "s",
-    "end": "m",
-    "enough": "m",
-    "enough_clearance": "m",
-    "first": "m",
-    "forward": "m/s^2",
-    "frame": "-",
-    "half_angle": "rad",
-    "half_widths": "m/s^2",
-    "heading": "1",
-    "high": "m",
-    "interpolation": "-",
-    "last": "m",
-    "lateral": "m/s^2",
-    "least": "m",
-    "length": "m",
-    "low": "m",
-    "min_distance": "m",
-    "normal": "1",
-    "parts": "-",
-    "phase": "rad",
-    "points": "m",
-    "position": "m",
-    "positions": "m",
-    "probability": "1",
-    "radius": "m",
-    "seed": "-",
-    "shapes": "-",
-    "spacing": "m",
-    "speed": "m/s",
-    "start": "m",
-    "then": "-",
-    "times": "s",
-    "velocity": "m/s",
-    "width": "m",
+    key: unit
+    for unit, keys in {
+        "m": "by center corner corners end enough enough_clearance first high last least length low "
+        "min_distance points position positions radius spacing start width",
+        "m/s": "speed velocity",
+        "m/s^2": "acceleration braking forward half_widths lateral",
+        "m, m/s, m/s^2, ...": "coefficients",
+        "s": "at durations times",
+        "rad": "half_angle phase",
+        "1": "correlation heading normal probability",
+        "-": "columns frame interpolation parts seed shapes then",
+    }.items()
+    for key in keys.split()
 }
 """Unit of a key of any kind, SI; 1: a number without a unit, "-": no quantity."""
 OWN_UNITS: Final[Mapping[tuple[str, str], str]] = {
@@ -119,10 +87,6 @@ def units_of(path: str, kind: str | None = None) -> str:
     if kind is not None:
         return unit_of(kind, path.rpartition("/")[2]).removeprefix("-")
     return next((unit for pattern, (unit, _) in ARRAYS.items() if fnmatchcase(path, pattern)), "")
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Groups.
 
 
 # ---------------------------------------------------------------------------------------------------------------------
