@@ -337,25 +337,12 @@ def _panel(seen: Seen, fields: Fields, plane: Plane, number: int, arrays: Arrays
         )
         arrays[f"ends{number}"] = np.cumsum([len(ring) for _, ring in rings]).astype(np.int32)
         arrays[f"owners{number}"] = np.array([row for row, _ in rings], dtype=np.int32)
-    region = admissible_region(_section(seen.admissible, plane))
+    height = plane.through[3 - sum(plane.axes)] if len(plane.through) == 3 else None
+    region = admissible_region(seen.admissible, height, plane.axes)
     if not region.is_empty:
         outline = shapely.get_coordinates(shapely.simplify(region, 1e-3 * plane.half))
         arrays[f"admissible{number}"] = outline.astype(np.float32)
     return {"axes": list(plane.axes), "half": plane.half, "through": list(plane.through)}
-
-
-def _section(admissible: Admissible, plane: Plane) -> Admissible:
-    """Return the section of a set in space with a plane, as a set in the plane."""
-    if len(plane.through) == 2:
-        return admissible
-    axes, hidden = list(plane.axes), next(axis for axis in range(3) if axis not in plane.axes)
-    depth = plane.through[hidden] - admissible.centers[:, hidden]
-    radii = np.sqrt(np.maximum(admissible.radii**2 - depth**2, 0.0))
-    lengths = np.linalg.norm(admissible.normals[:, axes], axis=1)
-    offsets = admissible.offsets - admissible.normals[:, hidden] * plane.through[hidden]
-    cuts = lengths > 1e-12
-    normals = admissible.normals[cuts][:, axes] / lengths[cuts, None]
-    return Admissible(admissible.centers[:, axes], radii, normals, offsets[cuts] / lengths[cuts])
 
 
 def times_grid(found: list[Field], plane: Plane, horizon: float) -> npt.NDArray[np.uint8]:

@@ -103,8 +103,8 @@ def filled(plane: Plane, field: Array) -> Outline:
 # Sets of controls as shapely geometries.
 
 
-def admissible_region(admissible: Admissible, height: float | None = None) -> Any:
-    """Return the admissible set as a shapely polygon; in space its section at the third component `height`.
+def admissible_region(admissible: Admissible, height: float | None = None, axes: tuple[int, int] = (0, 1)) -> Any:
+    """Return the admissible set as a shapely polygon; in space its section along `axes`, at `height` on the third axis.
 
     Circles have 1024 corners: the error is 5e-6 of the radius.
 
@@ -113,17 +113,18 @@ def admissible_region(admissible: Admissible, height: float | None = None) -> An
     """
     if not len(admissible.radii):
         raise InvalidInput("admissible: expected a set bounded by a ball, found none")
-    depth = 0.0 if height is None else height - admissible.centers[:, -1]
+    own, hidden = list(axes), 3 - sum(axes)
+    depth = 0.0 if height is None else height - admissible.centers[:, hidden]
     squares = admissible.radii**2 - np.broadcast_to(depth, admissible.radii.shape) ** 2
     if np.any(squares <= 0.0):
         return shapely.Polygon()
     radii = np.sqrt(squares)
-    balls = [shapely.Point(c[:2]).buffer(float(r), quad_segs=256) for c, r in zip(admissible.centers, radii)]
+    balls = [shapely.Point(c[own]).buffer(float(r), quad_segs=256) for c, r in zip(admissible.centers, radii)]
     region: Any = shapely.intersection_all(balls)
     # The set lies within size / 4 of 0: clipping the distance of an edge to size / 2 does not change the section.
     size = 4.0 * float(np.linalg.norm(admissible.centers, axis=1).max() + admissible.radii.max())
     for normal, offset in zip(admissible.normals, admissible.offsets):
-        planar_normal, planar_offset = normal[:2], offset - (0.0 if height is None else normal[2] * height)
+        planar_normal, planar_offset = normal[own], offset - (0.0 if height is None else normal[hidden] * height)
         length = float(np.linalg.norm(planar_normal))
         if length < 1e-12:
             region = region if planar_offset >= 0.0 else shapely.Polygon()
@@ -192,7 +193,7 @@ def control_space(
         )
         for t in elements:
             _element(ax, blocked, float(t), height)
-        handles = _controls(ax, blocked, preferred_control, chosen_control, (left, right, low, high))
+        handles = _controls(ax, blocked, height, preferred_control, chosen_control, (left, right, low, high))
         ax.set(xlim=(left, right), ylim=(low, high))
         ax.set_aspect("equal")
         if decorations:
@@ -326,6 +327,7 @@ def _element(ax: Axes, blocked: ControlObstacle, t: float, height: float | None)
 def _controls(
     ax: Axes,
     blocked: ControlObstacle,
+    height: float | None,
     preferred: Array | None,
     chosen: Array | None,
     extent: Extent,
@@ -338,7 +340,6 @@ def _controls(
     handles = []
     corner, opposite = np.array(extent[0::2]), np.array(extent[1::2])
     inset = 0.02 * (opposite - corner)
-    height = None if blocked.dimension == 2 else _through(preferred, chosen)
     for point, gid, label in ((preferred, "preferred", "preferred"), (chosen, "chosen", "chosen")):
         if point is None:
             continue
@@ -365,12 +366,6 @@ def _controls(
         mark.set_gid(gid)
         handles.append(mark)
     return handles
-
-
-def _through(preferred: Array | None, chosen: Array | None) -> float | None:
-    """Return the third component of the control whose section is drawn, None without any control."""
-    through = preferred if chosen is None else chosen
-    return None if through is None else float(through[2])
 
 
 def _face(blocked: ControlObstacle, contact: float) -> Any:
