@@ -13,17 +13,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.checks import (
-    DECISION,
-    Array,
-    CheckedFields,
-    Positive,
-    has,
-    not_negative,
-    number,
-    vector,
-    vectors,
-)
+from slalom.base.checks import DECISION, Array, CheckedFields, Positive, has, not_negative, number, vector, vectors
 from slalom.base.errors import InvalidInput
 from slalom.decision import Decision
 from slalom.model.shape import Ball

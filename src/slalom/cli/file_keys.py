@@ -89,11 +89,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "period": "[m] after which the world repeats along each axis, .inf where it does not",
     },
     "CasesSpec": {"cases": "keys of the scenario that differ; the seed is the number of the case, from 0"},
-    "RobotSpec": {
-        **ROBOT_KEYS,
-        "position": "[m] at the start",
-        "goal": "keys of a goal",
-    },
+    "RobotSpec": {**ROBOT_KEYS, "position": "[m] at the start", "goal": "keys of a goal"},
     "GroupSpec": {
         **ROBOT_KEYS,
         "name": "of the group; its robots are NAME 0, NAME 1 and so on",

@@ -183,10 +183,7 @@ class WallsFile:
             added: Walls = read_walls(self.walls, unit)
         except InvalidInput as error:
             raise InvalidInput(f"--walls-{error}") from None
-        changed: Any = {
-            "obstacles": (*found.obstacles, *added.obstacles),
-            "notes": (*found.notes, *added.notes),
-        }
+        changed: Any = {"obstacles": (*found.obstacles, *added.obstacles), "notes": (*found.notes, *added.notes)}
         return replace(found, **changed)
 
 

@@ -27,16 +27,7 @@ from slalom.cli.console import (
     writable,
     writing,
 )
-from slalom.cli.options import (
-    Crossing,
-    Look,
-    Reading,
-    WallsFile,
-    drawable,
-    is_recording,
-    refuse_without,
-    scenario_of,
-)
+from slalom.cli.options import Crossing, Look, Reading, WallsFile, drawable, is_recording, refuse_without, scenario_of
 from slalom.cli.report import counted, run_text
 
 if TYPE_CHECKING:
@@ -166,14 +157,7 @@ def run(
     return _run(loaded, name, seed, out, replace(drawn, figure_at=figure_at), json)
 
 
-def _run(
-    loaded: "Scenario",
-    name: str,
-    seed: int,
-    out: Path | None,
-    drawn: RunFigure,
-    json: bool,
-) -> int:
+def _run(loaded: "Scenario", name: str, seed: int, out: Path | None, drawn: RunFigure, json: bool) -> int:
     """Run a scenario with the method `name`; write, draw and print the result; return the exit code."""
     from slalom.peers import contender
     from slalom.sim import simulate
@@ -297,13 +281,7 @@ def without_walls(tracks: "RecordedTracks", name: str) -> list[str]:
 # `slalom show` and `slalom export-scenario`.
 
 
-def show(
-    run: Path,
-    /,
-    *,
-    drawn: RunFigure | None = None,
-    json: Flag = False,
-) -> int:
+def show(run: Path, /, *, drawn: RunFigure | None = None, json: Flag = False) -> int:
     """Print the result of a run, as `slalom run` printed it, and draw it if a figure is named.
 
     Parameters

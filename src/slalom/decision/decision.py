@@ -131,9 +131,7 @@ def _window(made: "DecisionInputs") -> ObstacleWindow:
     return made.navigator.predict([*_named(made.obstacles), *robots], made.state, made.now)
 
 
-def _named(
-    obstacles: Sequence[Obstacle | ObstacleTable | Tracks],
-) -> list[Obstacle | ObstacleTable | Tracks]:
+def _named(obstacles: Sequence[Obstacle | ObstacleTable | Tracks]) -> list[Obstacle | ObstacleTable | Tracks]:
     """The obstacles, those without a name named by their place."""
     found: list[Obstacle | ObstacleTable | Tracks] = []
     for k, one in enumerate(obstacles):

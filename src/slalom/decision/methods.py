@@ -285,9 +285,7 @@ _ROWS: Final = (
 )
 
 METHODS: Final = Registry[Method](
-    "slalom.methods",
-    Kind(lambda part: isinstance(part, Method), "a Method"),
-    {method.name: method for method in _ROWS},
+    "slalom.methods", Kind(lambda part: isinstance(part, Method), "a Method"), {method.name: method for method in _ROWS}
 )
 """Methods by name; packages add to them by entry points of the group slalom.methods."""
 

@@ -11,15 +11,7 @@ from slalom.base.checks import Array, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import BRAKING_SHARE
 from slalom.forecast.linear import piecewise_polynomial
-from slalom.kernels.arrays import (
-    Bodies,
-    Flags,
-    Indices,
-    MaybeCorners,
-    Records,
-    joined_corners,
-    zero_records,
-)
+from slalom.kernels.arrays import Bodies, Flags, Indices, MaybeCorners, Records, joined_corners, zero_records
 from slalom.kernels.decision.tables import (
     BALL_WINDOWS,
     RESPONSE_WINDOWS,

@@ -179,10 +179,7 @@ def export(
 
 
 def messages(
-    recording: Recording,
-    robot: int = 0,
-    interval: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    recording: Recording, robot: int = 0, interval: float | None = None, progress: Callable[[float], None] | None = None
 ) -> Iterator[bytes]:
     """Return all messages of a run, see `export`."""
     found = recorded(recording)

@@ -15,14 +15,7 @@ from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import Scene, ended, pack, series
-from slalom.live.seen import (
-    VIEW_SAMPLES,
-    Knowledge,
-    Seen,
-    decided_again,
-    has_left,
-    state_at,
-)
+from slalom.live.seen import VIEW_SAMPLES, Knowledge, Seen, decided_again, has_left, state_at
 from slalom.model.goal import Goal
 from slalom.model.shape import Polyline, round_shape
 from slalom.model.state import State

@@ -391,8 +391,7 @@ class ExpectedLoss:
         bounds = bound_table(navigator.limits, moment.state, navigator.period)
         promising = others.best_first(costs, highest, DEVIATION_PLANS, bounds)
         cost, chosen = min(
-            ((self._cost_with_plan(one, moment, follower), k) for k, one in enumerate(promising)),
-            default=(np.inf, -1),
+            ((self._cost_with_plan(one, moment, follower), k) for k, one in enumerate(promising)), default=(np.inf, -1)
         )
         if cost >= highest:
             return None

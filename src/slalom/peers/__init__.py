@@ -11,14 +11,4 @@ Its code imports none of them: `pip install --no-deps pyrvo` suffices.)
 from slalom.peers.crowd import Crowd, Discs, Team, discs, outlines
 from slalom.peers.table import CONTENDERS, PEERS, Peer, contender
 
-__all__ = [
-    "CONTENDERS",
-    "PEERS",
-    "Crowd",
-    "Discs",
-    "Peer",
-    "Team",
-    "contender",
-    "discs",
-    "outlines",
-]
+__all__ = ["CONTENDERS", "PEERS", "Crowd", "Discs", "Peer", "Team", "contender", "discs", "outlines"]

@@ -124,12 +124,7 @@ _ROWS: Final = (
     ),
     Peer(
         "hrvo",
-        partial(
-            Behaviours,
-            kind="HRVO",
-            time_horizon=TIME_HORIZON,
-            settings={"max_neighbors": MAX_NEIGHBOURS},
-        ),
+        partial(Behaviours, kind="HRVO", time_horizon=TIME_HORIZON, settings={"max_neighbors": MAX_NEIGHBOURS}),
         "Hybrid reciprocal velocity obstacle (navground); walls are ignored",
         HRVO,
         "navground",

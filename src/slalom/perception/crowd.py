@@ -169,12 +169,7 @@ class AvoidingCrowd:
         paths = self._simulated(agents)
         times = tracks.t + self.period * np.arange(self.steps + 1, dtype=np.float64)
         return [
-            Obstacle(
-                Disc(float(radius)),
-                _Steps(times, paths[:, k]),
-                str(name),
-                uncertainty=self.uncertainty or given,
-            )
+            Obstacle(Disc(float(radius)), _Steps(times, paths[:, k]), str(name), uncertainty=self.uncertainty or given)
             for k, (radius, name, given) in enumerate(zip(tracks.radii, tracks.ids, tracks.uncertainties, strict=True))
         ]
 

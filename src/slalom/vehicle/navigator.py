@@ -576,12 +576,7 @@ class VehicleNavigator(SharedSettings):
         return ceil(self.horizon / self.period - PERSISTS)
 
     def _decided(
-        self,
-        moment: Moment,
-        proposal: Proposal,
-        first_contact: float,
-        outcome: Outcome,
-        no_way: WayFound | None = None,
+        self, moment: Moment, proposal: Proposal, first_contact: float, outcome: Outcome, no_way: WayFound | None = None
     ) -> VehicleDecision:
         """The decision for a motion that was judged."""
         plan, motions = proposal.plan or moment.plan, proposal.motions

@@ -8,14 +8,7 @@ from slalom.base.tolerances import CONTACT_SLACK
 from slalom.kernels.arrays import EVERY_WORLD, Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, Records
 from slalom.kernels.decision.neighbours import farthest_distance
 from slalom.kernels.decision.paths import state_on_path
-from slalom.kernels.decision.tables import (
-    MET_BODY,
-    DecisionSettings,
-    DecisionTables,
-    MetBody,
-    ObstaclePieces,
-    Robot,
-)
+from slalom.kernels.decision.tables import MET_BODY, DecisionSettings, DecisionTables, MetBody, ObstaclePieces, Robot
 from slalom.kernels.geometry.cubic import restrict
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel, squared

@@ -32,13 +32,7 @@ from slalom.kernels.decision.tables import (
     Robot,
     Scratch,
 )
-from slalom.kernels.decision.targets import (
-    desired_velocity,
-    piece_of,
-    rests_within,
-    target_state,
-    time_to_target,
-)
+from slalom.kernels.decision.targets import desired_velocity, piece_of, rests_within, target_state, time_to_target
 from slalom.kernels.geometry.cubic import copy_into, new_stack, value
 from slalom.kernels.jit import inlined, kernel, squared
 

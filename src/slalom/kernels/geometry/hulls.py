@@ -524,13 +524,7 @@ def hull_first_below(moving: MovingHull, stack: Array, q: Array, least: float) -
 
 
 @kernel
-def hull_least(
-    moving: MovingHull,
-    stack: Array,
-    q: Array,
-    ceiling: float,
-    accuracy: float,
-) -> float:
+def hull_least(moving: MovingHull, stack: Array, q: Array, ceiling: float, accuracy: float) -> float:
     """Least signed distance to the rounded hull where below `ceiling`, else `ceiling`; too large by at most
     `accuracy`, see `resolved`. At most -CONTACT_SLACK where MOST_SPANS do not decide, which no slack takes for free.
     """
@@ -558,13 +552,7 @@ def hull_least(
 
 
 @kernel
-def deepest_time(
-    moving: MovingHull,
-    gain: Array,
-    cross: Array,
-    q: Array,
-    witness: float,
-) -> float:
+def deepest_time(moving: MovingHull, gain: Array, cross: Array, q: Array, witness: float) -> float:
     """A time of collision at which the control is deep inside the element: from samples, then by golden section.
 
     Depth counts in units of the control: signed distance over gain.

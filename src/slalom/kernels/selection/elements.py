@@ -104,14 +104,7 @@ def hull_element(
 
 
 @kernel
-def swept(
-    moving: MovingHull,
-    gain: Array,
-    far: float,
-    a: float,
-    b: float,
-    q: Array,
-) -> tuple[int, float]:
+def swept(moving: MovingHull, gain: Array, far: float, a: float, b: float, q: Array) -> tuple[int, float]:
     """Number of corners and radius of a set that the elements between a and b surely cover; the corners go into q.
 
     The convex hull of the elements at a and b, shrunk by the largest distance `sag` by which the motion in between may
@@ -138,14 +131,7 @@ def swept(
 
 
 @kernel
-def fan(
-    moving: MovingHull,
-    gain: Array,
-    far: float,
-    a: float,
-    b: float,
-    q: Array,
-) -> tuple[int, float]:
+def fan(moving: MovingHull, gain: Array, far: float, a: float, b: float, q: Array) -> tuple[int, float]:
     """As `swept`, for a body that turns: the set that one corner and the middle of the body cover from a to b.
 
     All elements in between hold the element in the middle, shrunk by as much as its corners move. With one corner

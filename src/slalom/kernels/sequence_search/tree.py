@@ -227,13 +227,7 @@ WORK_BOUND: Final = 0.004
 
 @kernel
 def breach(
-    bounds: BoundTable,
-    velocity: Array,
-    acceleration: Array,
-    duration: float,
-    measured: bool,
-    cut: Array,
-    work: Array,
+    bounds: BoundTable, velocity: Array, acceleration: Array, duration: float, measured: bool, cut: Array, work: Array
 ) -> bool:
     """Whether a constant acceleration over `duration` [s] from a velocity breaks a bound at the start of some period.
 

@@ -345,14 +345,7 @@ def contact_of(w: Wheels, motions: Array, hull: Hull, bodies: Bodies, hulls: May
 
 @kernel
 def first_clear(
-    w: Wheels,
-    start: Array,
-    window: Array,
-    order: Indices,
-    count: int,
-    hull: Hull,
-    bodies: Bodies,
-    hulls: MaybeHulls,
+    w: Wheels, start: Array, window: Array, order: Indices, count: int, hull: Hull, bodies: Bodies, hulls: MaybeHulls
 ) -> int:
     """The first of held motions in an `order` that touches nothing, see `contact_of`; -1: none."""
     for i in order:
