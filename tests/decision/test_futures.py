@@ -27,7 +27,7 @@ from slalom import (
     control_obstacle,
     method,
 )
-from slalom.decision.futures import least_given_up, levels
+from slalom.decision.fallback import least_given_up, levels
 from slalom.forecast.forecast import FromModels
 from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled

@@ -34,8 +34,16 @@ from slalom.base.tolerances import CONTACT_SLACK, PATH_BRAKING, REST
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, made, on_way_to, state_to_decide_from
-from slalom.decision.fallback import escape_velocity, least_impact, leave, stop, way_out
-from slalom.decision.futures import least_given_up, levels, time_of
+from slalom.decision.fallback import (
+    escape_velocity,
+    least_given_up,
+    least_impact,
+    leave,
+    levels,
+    stop,
+    time_of,
+    way_out,
+)
 from slalom.decision.methods import refuse_alone
 from slalom.decision.objective import Arrive, FollowVelocity, Objective, Situation, needs_goal, preferred_control
 from slalom.decision.policy_tables import PolicyTables, Request, observed_robots

@@ -12,7 +12,7 @@ from slalom.base.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision
 from slalom.decision.decision import DecisionInputs, Outcome, completed, made, state_to_decide_from
-from slalom.decision.futures import Level, least_given_up, levels, time_of
+from slalom.decision.fallback import Level, least_given_up, levels, time_of
 from slalom.decision.navigator import Navigator, goal_or_place
 from slalom.forecast.forecast import EXACT, Known
 from slalom.forecast.from_models import FromModels
