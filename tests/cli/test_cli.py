@@ -26,6 +26,7 @@ from slalom.decision.objective import OBJECTIVES
 from slalom.forecast.forecast import foresight_of
 from slalom.io.formats import FORMATS
 from slalom.io.table import SAMPLES, sample_data
+from slalom.paper import TITLES
 from slalom.peers import CONTENDERS, PEERS, contender
 from slalom.sim import Recording, load, simulate
 from slalom.sim.gallery import GALLERY
@@ -196,11 +197,11 @@ def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
 
 
 def test_list(say: Say) -> None:
-    kinds = ("scenarios", "methods", "foresights", "metrics", "objectives", "formats", "samples")
+    kinds = ("scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples")
     every, *parts = (say("list", *what) for what in ([], *([kind] for kind in kinds)))
     assert {said.code for said in (every, *parts)} == {0}
     assert every.out == "".join(said.out for said in parts)
-    scenarios, methods, foresights, metrics, objectives, formats, samples = parts
+    scenarios, methods, foresights, metrics, objectives, formats, figures, samples = parts
     assert all(f"  {name} " in metrics.out for name in METRICS)
     assert all(f"  {name} " in objectives.out for name in OBJECTIVES)
     for entry in GALLERY.values():
@@ -211,6 +212,7 @@ def test_list(say: Say) -> None:
         assert method.name in methods.out
         assert method.sentence in methods.out
         assert method.source in methods.out
+    assert all(name in figures.out and title in figures.out for name, title in TITLES.items())
     assert all(re.search(rf"^  {name} +[A-Z].*\.$", foresights.out, re.M) for name in FORESIGHTS)
     assert all(f"{name} " in samples.out and sentence in samples.out for name, sentence in SAMPLES.items())
     assert all(row.name in formats.out and row.sentence in formats.out for row in FORMATS.values())
@@ -218,7 +220,7 @@ def test_list(say: Say) -> None:
 
 def test_list_json(say: Say) -> None:
     both = say("list", "--json").json
-    kinds = {"scenarios", "methods", "foresights", "metrics", "objectives", "formats", "samples"}
+    kinds = {"scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples"}
     assert set(both) == kinds
     assert {name: row["level"] for name, row in both["foresights"].items()} == {
         name: foresight_of(rule) for name, rule in FORESIGHTS.items()
@@ -227,6 +229,7 @@ def test_list_json(say: Say) -> None:
         name: row.foresight for name, row in CONTENDERS.items()
     }
     assert {name for name, row in both["formats"].items() if row["suffix"]} == {"csv", "trajnet", "jupedsim"}
+    assert set(both["figures"]) == set(TITLES)
     assert set(both["scenarios"]) == set(GALLERY)
     assert set(both["methods"]) == {*METHODS, *PEERS}
     assert both["scenarios"]["head_on"]["parameters"] == {"speed": 5.0, "offset": 0.0}
@@ -684,6 +687,7 @@ def test_a_page_is_replaced_only_if_told(say: Say) -> None:
         ("convert run.h5 a.csv", ["a.csv"]),
         ("export run.h5 a.html", ["a.html"]),
         ("export run.h5 a.html --force", ["a.html"]),
+        ("reproduce moving_obstacle --quick --out .", ["moving_obstacle.svg", "paper.md"]),
     ],
 )
 def test_all_other_files_are_replaced(command: str, files: list[str], say: Say) -> None:
@@ -711,6 +715,26 @@ def test_a_run_loads_its_kernels_before_its_first_decision(say: Say, monkeypatch
     assert [len(each) for each in made] == [1, 5]
     scenario = load("head_on", {"duration": 0.5})
     np.testing.assert_array_equal(Recording.load("run.h5").positions, simulate(scenario, "nao").positions)
+
+
+def test_reproduce_takes_several_names(say: Say) -> None:
+    said = say("reproduce", "moving_obstacle", "linear_vo", "moving_obstacle", "--quick", "--out", "x/y", "--json")
+    assert said.json["entries"] == ["moving_obstacle", "linear_vo"]
+    said = say("reproduce", "moving_obstacle", "linear_vo", "--quick", "--out", "x/y")
+    assert (said.code, said.err) == (0, "1 of 2: moving_obstacle\n2 of 2: linear_vo\n")
+    assert sorted(path.name for path in Path("x/y").iterdir()) == ["linear_vo.svg", "moving_obstacle.svg", "paper.md"]
+
+
+def test_reproduce_writes_figures_in_the_format_of_their_names(say: Say) -> None:
+    """With the resolution of a picture; a page shows pictures, and links to a PDF."""
+    said = say("reproduce", "moving_obstacle.png", "linear_vo.pdf", "--quick", "--out", "x", "--resolution", "50")
+    assert said.code == 0
+    assert Path("x/linear_vo.pdf").read_bytes().startswith(b"%PDF")
+    assert Path("x/moving_obstacle.png").read_bytes().startswith(b"\x89PNG")
+    assert Path("x/moving_obstacle.png").stat().st_size < 40_000
+    page = Path("x/paper.md").read_text()
+    assert re.search(r"!\[.*\]\(moving_obstacle\.png\)", page)
+    assert re.search(r"(?<!!)\[.*\]\(linear_vo\.pdf\)", page)
 
 
 def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
@@ -796,7 +820,10 @@ BAD = [
     ("compare empty --merge", r"store: expected the folder that all shards share, found none"),
     ("compare empty --shard 1/2 --merge --store kept", r"merge: expected without shard, found both"),
     ("compare empty --shard 1/2 --page a.md --store kept", r"--page: expected without --shard, .*; found 'a\.md'"),
+    ("reproduce cone.eps", r"figure or claim: expected cone, or with \.svg, \.pdf, \.png; found 'cone\.eps'"),
+    ("reproduce best", r"figure or claim: expected one of .*; found 'best'"),
     ("compare empty --page scene.yaml", r"--page: expected a new file, or --force .*; found 'scene\.yaml', "),
+    ("reproduce --page scene.yaml", r"--page: expected a new file, or --force to replace it; found 'scene\.yaml', "),
     ("run empty --set duration=0.1 --out folder.h5", r"folder\.h5: expected .*, found "),
     ("run empty --set duration=0.1 --figure folder.svg", r"folder\.svg: expected .*, found "),
     ("run empty --set distance=0 --figure a.svg", r"--figure: expected a run with at least one step"),
@@ -862,6 +889,7 @@ BAD = [
     ("decide empty --figure a.svg --figure-width 1e9", r"--figure-width: expected at most 200 inch, found 1e\+09$"),
     ("decide empty --figure a.svg --figure-width 0.1", r"--figure-width: expected at least .* inch .*, found 0\.1$"),
     ("compare empty --page a.pdf", r"--page: expected a file that ends in \.md, found 'a\.pdf'$"),
+    ("reproduce moving_obstacle --page a.html", r"--page: expected a file that ends in \.md, found 'a\.html'$"),
     ("run sample:study.yaml", r"study\.yaml: expected a scenario, found a study, which `slalom compare` runs$"),
     ("decide sample:roundabout_ring_11.csv", r"expected .* or a name of the gallery, found .*, of another kind$"),
     ("convert sample:roundabout_ring_11.csv a.ndjson --out-frame-rate 0", r"--out-frame-rate: .* above 0, found 0$"),
@@ -933,7 +961,9 @@ def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
 # The program itself.
 
 
-@pytest.mark.parametrize("command", ["run", "list", "decide", "compare", "convert", "show", "export-scenario"])
+@pytest.mark.parametrize(
+    "command", ["run", "list", "decide", "compare", "convert", "reproduce", "show", "export-scenario"]
+)
 def test_every_command_has_help(command: str, say: Say) -> None:
     said = say(command, "--help")
     assert said.code == 0
@@ -944,6 +974,7 @@ def test_every_command_has_help(command: str, say: Say) -> None:
     options |= {"list": ("--json",), "convert": ("--out-frame-rate", "--format", "--without", "--gap", "--json")}
     options |= {"decide": ("--method", "--json", "--figure"), "compare": ("--set", "--methods", "--seeds", "--jobs")}
     options["compare"] += ("--only", "--backend", "--store", "--data", "--page", "--json")
+    options |= {"reproduce": ("--out", "--page", "--seeds", "--jobs", "--quick", "--json")}
     options |= {"show": ("--figure", "--figure-at", "--names", "--json"), "export-scenario": ("--set", "--seed")}
     for option in options[command]:
         assert option in said.out
@@ -954,7 +985,7 @@ def test_help_names_the_commands(say: Say) -> None:
     for tokens in (["--help"], []):
         said = say(*tokens)
         assert said.code == 0
-        assert all(command in said.out for command in ("run", "list", "decide", "compare", "convert"))
+        assert all(command in said.out for command in ("run", "list", "decide", "compare", "convert", "reproduce"))
 
 
 def test_version(say: Say) -> None:

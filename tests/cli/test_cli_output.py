@@ -17,6 +17,7 @@ RUN = ["run", "empty", "--set", "duration=0.3"]
 LONG = {
     "run": RUN,
     "compare": ["compare", "empty", "--set", "duration=0.3", "--methods", "vo", "--seeds", "1"],
+    "reproduce": ["reproduce", "moving_obstacle", "--quick", "--out", "paper"],
     "export": ["export", "run.h5", "run.html"],
     "animate": ["animate", "run.h5", "run.gif", "--width", "320"],
 }
@@ -37,6 +38,7 @@ FILES = {
     "new/shown.svg": ["show", "run.h5", "--figure"],
     "new/run.html": ["export", "run.h5"],
     "new/run.gif": ["animate", "--width", "320", "run.h5"],
+    "new/paper/paper.md": [*LONG["reproduce"][:-2], "--out", "other", "--page"],
 }
 """Files in folders that do not exist, by the command that writes them."""
 

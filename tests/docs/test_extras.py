@@ -96,6 +96,7 @@ def test_the_command_works_without_figures() -> None:
         "run empty --set duration=0.2": "1 .*",
         "run empty --figure a.svg": "2 slalom.view: expected .*slalom\\[view\\]'`, found no contourpy",
         "view empty": "2 view: expected .*slalom\\[view\\]'`, found no starlette",
+        "reproduce": "2 reproduce: expected .*slalom\\[view\\]'`, found no (matplotlib|contourpy)",
     }
     names = {name.partition(".")[0] for name in packages("view") - packages("sim")}
     program = HIDE.format(names=names) + CALLS.format(calls=[words.split() for words in calls])

@@ -20,7 +20,7 @@ BLOCK = re.compile(r"^```(\w*)\n(.*?)^```(?:\n\n```text\n(.*?)^```)?", re.DOTALL
 """A block, and the output that the page states below it."""
 TIME = re.compile(r"\d+\.\d+ ms")
 """Times of this machine, which differ."""
-SHORTER = {"compare": ["--seeds", "1"]}
+SHORTER = {"compare": ["--seeds", "1"], "reproduce": ["moving_obstacle", "--quick"]}
 """What is added to commands that take minutes: they run, but less."""
 UNTIL_STOPPED = ("slalom view",)
 """Beginnings of commands that end with Ctrl-C; tests/live/test_live.py has them."""

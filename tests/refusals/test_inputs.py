@@ -1444,6 +1444,12 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"--figure: expected a run with at least one step": command(
         "run", "empty", "--set", "distance=0", "--figure", "{}/a.svg"
     ),
+    r"figure or claim: expected cone, or with \.svg, \.pdf, \.png; found 'cone\.eps'": command(
+        "reproduce", "cone.eps", "--out", "{}"
+    ),
+    r"seeds, jobs: expected seeds of 1 or more and jobs not 0, found 0 and 2": command(
+        "reproduce", "cone", "--seeds", "0", "--out", "{}"
+    ),
     r"admissible: expected dimension 2, found 3": lambda _: control_space(admissible_ball((0, 0, 0), 1)),
     r"resolution: expected at least 2, found 1": lambda _: control_space(resolution=1),
     r"contact_times: expected one for each of 1 obstacles, found shape \(2,\)": lambda _: workspace(

@@ -18,7 +18,7 @@ with Extra("sim", "slalom"):
     from slalom.cli.comparing import compare
     from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_message
     from slalom.cli.files import convert, explain
-    from slalom.cli.others import compile_, list_, ros
+    from slalom.cli.others import compile_, list_, reproduce, ros
     from slalom.cli.running import export_scenario, run, show
     from slalom.cli.viewing import animate, export, view
 
@@ -42,6 +42,7 @@ app.command(export_scenario, name="export-scenario", help_format="markdown")
 app.command(view, help_format="markdown")
 app.command(export, help_format="markdown")
 app.command(animate, help_format="markdown")
+app.command(reproduce, help_format="markdown")
 app.command(compile_, name="compile", help_format="markdown")
 app.command(ros)
 

@@ -1,4 +1,4 @@
-"""`slalom list`, `slalom compile` and `slalom ros`."""
+"""`slalom list`, `slalom reproduce`, `slalom compile` and `slalom ros`."""
 
 import inspect
 import itertools
@@ -17,6 +17,7 @@ from slalom.cli.console import (
     Flag,
     Names,
     Whole,
+    new_markdown,
     print_message,
     print_result,
     progress,
@@ -25,20 +26,22 @@ from slalom.cli.console import (
     writing,
 )
 from slalom.cli.options import Look, SignedText, drawable, refuse_without
-from slalom.cli.report import FORESIGHT_SENTENCES, list_text, with_values
+from slalom.cli.report import FORESIGHT_SENTENCES, files_text, list_text, with_values
 
 Rows = dict[str, dict[str, Any]]
 
 
 def list_(
-    kind: Literal["scenarios", "methods", "foresights", "metrics", "objectives", "formats", "samples", "keys"]
+    kind: Literal[
+        "scenarios", "methods", "foresights", "metrics", "objectives", "formats", "figures", "samples", "keys"
+    ]
     | None = None,
     part: str | None = None,
     /,
     *,
     json: Flag = False,
 ) -> int:
-    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, sample files, and keys.
+    """List scenarios, methods, foresights, metrics, objectives, formats of recordings, figures, sample files, and keys.
 
     Installed packages add scenarios, methods, metrics, objectives and formats by entry points.
 
@@ -109,6 +112,12 @@ def _formats() -> Rows:
     return {name: {"sentence": f.sentence, "mark": f.mark, "suffix": f.suffix} for name, f in FORMATS.items()}
 
 
+def _figures() -> Rows:
+    from slalom.paper import TITLES
+
+    return {name: {"sentence": f"{title}."} for name, title in TITLES.items()}
+
+
 def _samples() -> Rows:
     from slalom.io.table import SAMPLES
 
@@ -122,6 +131,7 @@ TABLES: Final[dict[str, Callable[[], Rows]]] = {
     "metrics": _metrics,
     "objectives": _objectives,
     "formats": _formats,
+    "figures": _figures,
     "samples": _samples,
 }
 """The lists, each imported on use."""
@@ -130,6 +140,63 @@ TABLES: Final[dict[str, Callable[[], Rows]]] = {
 def _first_line(part: object) -> str:
     """The first line of the docstring of a function or class."""
     return (inspect.getdoc(part) or "").partition("\n")[0]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# `slalom reproduce`.
+
+
+def reproduce(
+    *names: str,
+    out: Path = Path("out/paper"),
+    page: Path | None = None,
+    seeds: Whole = 100,
+    jobs: Whole = 2,
+    quick: Flag = False,
+    force: Flag = False,
+    look: Look | None = None,
+    json: Flag = False,
+) -> int:
+    """Draw the figures of the paper and measure its claims; all of them, or those named. All take 6 to 8 minutes.
+
+    Parameters
+    ----------
+    names
+        Figures and claims from `slalom list figures`; NAME.pdf and NAME.png are the figure in that format.
+    out
+        Folder for NAME.svg of each figure and NAME.json of each claim; created if needed.
+    page
+        File for the page with captions and tables; by default paper.md in that folder.
+    seeds
+        Number of runs in each row of the sweep.
+    jobs
+        Number of processes; -1 for one per core. With one, all figures and claims take twice as long as with two.
+    quick
+        Use coarse grids and short runs, as a test of the command.
+    force
+        Replace a page of --page that exists.
+    json
+        Print one JSON object.
+    """
+    with Extra("view", "reproduce"):
+        from slalom.paper import entries
+
+    chosen, effort = entries.names_of(names), entries.Effort(seeds, jobs, quick)
+    new_markdown(page, force)
+    writable(page)
+    begun: list[str] = []
+
+    def begin(name: str) -> None:
+        begun.append(name)
+        if not json:
+            print_message(f"{len(begun)} of {len(chosen)}: {name}")
+
+    with progress("reproducing", estimated=False) as advance, writing(out):
+        save = (look or Look()).save
+        written = entries.make(names, out, effort, page_path=page, save=save, progress=advance, begin=begin)
+    result = {**effort._asdict(), "entries": list(chosen), "files": [str(path) for path in written]}
+    print_result(result, json, lambda: files_text(result))
+    return DONE
 
 
 # ---------------------------------------------------------------------------------------------------------------------

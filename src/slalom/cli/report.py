@@ -99,7 +99,7 @@ def _foresight(result: dict[str, Any]) -> str:
 
 
 def list_text(result: dict[str, Any]) -> str:
-    """Format scenarios, methods, foresights and other tables, one or two lines each."""
+    """Format scenarios, methods, foresights, formats, and figures and claims of the paper, one or two lines each."""
     lines = []
     for kind, entries in result.items():
         lines.append(f"{kind}:")
@@ -112,6 +112,11 @@ def list_text(result: dict[str, Any]) -> str:
                 parameters = between.join(f"{k}={v:g}" for k, v in entry["parameters"].items())
                 lines.append(f"  {'':22} {first}{parameters}")
     return "\n".join(lines)
+
+
+def files_text(result: dict[str, Any]) -> str:
+    """Format the list of files that `slalom reproduce` has written, one per line."""
+    return "\n".join([f"figures and claims: {len(result['entries'])}, seeds: {result['seeds']}", *result["files"]])
 
 
 def table_text(result: dict[str, Any]) -> str:

@@ -70,7 +70,7 @@ def refuse_more(name: str, count: int, seeds: int) -> None:
 # One run of a sweep, and everything that its result depends on.
 
 
-ABOVE: Final = ("__main__.py", "adapters", "cli", "computer.py", "live", "view")
+ABOVE: Final = ("__main__.py", "adapters", "cli", "computer.py", "live", "paper", "view")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
 GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance")

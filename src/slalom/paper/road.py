@@ -19,12 +19,11 @@ from slalom.model.state import State
 from slalom.model.trajectory import Circular
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
+from slalom.paper import drawing
 from slalom.sim import Scenario
 from slalom.sim.gallery import build
 from slalom.view import control_space
 from slalom.view.style import FAINT, GOAL, INK, NEUTRAL, ROBOT, colour_at, disc, style, time_scale
-
-from . import drawing
 
 HORIZON: Final = 6.0
 SPAN: Final = (-14.0, 14.0, -14.0, 14.0)

@@ -19,10 +19,9 @@ from slalom.model.state import State
 from slalom.model.trajectory import Circular, ConstantAcceleration, ConstantVelocity, Trajectory
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
+from slalom.paper import drawing
+from slalom.paper.drawing import DASHES
 from slalom.view.style import FAINT, GOAL, INK, ROBOT, disc, style
-
-from . import drawing
-from .drawing import DASHES
 
 RADIUS: Final = 1.6
 """[m] Sum of the radii of obstacle and robot."""

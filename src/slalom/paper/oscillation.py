@@ -15,6 +15,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 from slalom.decision.methods import METHODS
+from slalom.paper.drawing import DASHES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.metrics import (
@@ -27,8 +28,6 @@ from slalom.sim.measure.metrics import (
     summary,
 )
 from slalom.view.style import FAINT, GOAL, INK, PAGE, ROBOT, disc, style
-
-from .drawing import DASHES
 
 NAMES: Final = ("vo", "rvo", "ao", "nao")
 ROBOTS: Final = (2, 4, 8, 20)

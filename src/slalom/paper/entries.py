@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from slalom import view
 from slalom.base.checks import known
 from slalom.base.errors import InvalidInput
+from slalom.paper import TITLES, controller, definitions, oscillation, road, roundabout
+from slalom.paper.findings import CLAIMS, Result, paragraph
 from slalom.view.style import FORMATS
-
-from . import controller, definitions, oscillation, road, roundabout
-from .findings import CLAIMS, Result, paragraph
 
 Advance = Callable[[float], None]
 
@@ -67,160 +66,157 @@ class Entry(NamedTuple):
     plot: Callable[[Mapping[str, Any]], Figure] | None = None
 
 
+def _figure(name: str, draw: Callable[[], Figure], paper: str, shown: str, weight: float = 1.0) -> Entry:
+    return Entry(name, TITLES[name], paper, shown, draw=draw, weight=weight)
+
+
+def _claim(
+    name: str,
+    measure: Callable[[Effort, Advance], Mapping[str, Any]],
+    paper: str,
+    shown: str,
+    weight: float,
+    plot: Callable[[Mapping[str, Any]], Figure] | None = None,
+) -> Entry:
+    return Entry(name, TITLES[name], paper, shown, measure=measure, weight=weight, plot=plot)
+
+
 _FIGURES: Final = (
-    Entry(
+    _figure(
         "moving_obstacle",
-        "The moving obstacle",
+        definitions.moving_obstacle,
         "A robot A, and an obstacle B that moves along a known curve c(t).",
         "B now (grey) and at later times, coloured by time. B is grown by the robot's radius, so the robot is a "
         "point. Arrows are displacements in 1 s at the present velocities.",
-        draw=definitions.moving_obstacle,
     ),
-    Entry(
+    _figure(
         "linear_vo",
-        "The linear velocity obstacle",
+        definitions.linear_vo,
         "B keeps its velocity. The velocities of A that lead to a collision form a cone with its apex at the "
         "velocity of B. The union of the temporal elements fills the cone.",
         "Left: workspace. Right: velocities. The VO of the next 10 s is grey, with some of its elements coloured by "
         "time. The dashed lines bound the part that a longer horizon would add, up to the apex.",
-        draw=definitions.linear_vo,
     ),
-    Entry(
+    _figure(
         "temporal_element",
-        "The temporal element",
+        definitions.temporal_element,
         "The velocities that lead into B at one time t are a copy of B(t), scaled by 1/t about A. Erratum 2: the "
         "paper prints the inverse ratio.",
         "Obstacle at 2 s and at 6 s, and its two elements between the same tangents from A.",
-        draw=definitions.temporal_element,
     ),
-    Entry(
+    _figure(
         "nlvo_circular",
-        "The NLVO on a circular path",
+        definitions.nlvo_circular,
         "On a curve the union of the elements is a warped cone. Its border consists of velocities that graze the "
         "obstacle, not of the tangents from A.",
         "Obstacle on a circle, and its NLVO of the next 10 s with some of its elements.",
-        draw=definitions.nlvo_circular,
     ),
-    Entry(
+    _figure(
         "vo_beside_nlvo",
-        "VO beside NLVO",
+        definitions.vo_beside_nlvo,
         "VO and NLVO of the same obstacle; the VO assumes that the obstacle keeps its velocity.",
         "Obstacle of the preceding figure. The robot's velocity is in the VO, which predicts a collision after 3 s. "
         "It is outside the NLVO, because the obstacle turns away.",
-        draw=definitions.vo_beside_nlvo,
     ),
-    Entry(
+    _figure(
         "ao_nao",
-        "AO and NAO with their elements",
+        definitions.ao_nao,
         "Accelerations that lead to a collision with an obstacle that keeps its acceleration (AO) or follows a known "
         "path (NAO). They are unions of elements whose size decreases with the square of time.",
         "Car on the inner lane of a curve (16 m, 9.2 m/s) beside the robot's lane (20 m, 8 m/s; dashed). The AO "
         "extrapolates the present acceleration to a parabola that enters the robot's lane (dashed blue); the NAO "
         "uses the lane. The acceleration that keeps the robot on its own lane is in the AO and not in the NAO.",
-        draw=definitions.ao_nao,
     ),
-    Entry(
+    _figure(
         "ao_cone",
-        "The AO for three relative velocities",
+        definitions.ao_cone,
         "The AO is a straight cone with its apex at the obstacle's acceleration if the relative velocity w is zero, "
         "and bent otherwise.",
         "The same obstacle (at 7 m, 4 m, radius 1.6 m) for w = 0 and two other relative velocities, horizon 8 s. "
         "The dashed lines extend the cone to its apex.",
-        draw=definitions.ao_cone,
     ),
-    Entry(
+    _figure(
         "curved_road",
-        "A curved road: VO and NLVO of three cars",
+        road.curved_road,
         "Four vehicles on a curved road. The VO of the car in the middle lane contains the robot's velocity, its "
         "NLVO does not.",
         "Scenario `curved_road`: the robot (vermilion, 8 m/s) in the outer lane of 38 m. Car 1 (10.4 m/s) is behind it "
         "in the middle lane, cars 2 and 3 are ahead. Circles are the cars after 1 s and 2 s. Right: velocities that "
         "collide within 6 s, coloured by time to collision, and the robot's maximum speed (circle). Numbers identify "
         "the cars.",
-        draw=road.curved_road,
-        weight=2.0,
+        2.0,
     ),
-    Entry(
+    _figure(
         "roundabout_crossing",
-        "The roundabout, crossed with one constant acceleration",
+        roundabout.roundabout_crossing,
         "30 vehicles in three circular lanes, each lane with its own speed. One constant acceleration, chosen once "
         "on the NAO map, crosses all lanes; it stays outside the NAO to the end.",
         f"Seed {roundabout.CROSSING_SEED}, robot from the left at 5 m/s. Above: cars and robot now, and the chosen "
         "path with a dot per second. Below: accelerations that collide within 6 s, coloured by time to collision. "
         "The free set is white within the circle (4 m/s²); it contains the chosen acceleration at both times.",
-        draw=roundabout.roundabout_crossing,
-        weight=4.0,
+        4.0,
     ),
-    Entry(
+    _figure(
         "roundabout_exit",
-        "The roundabout, left by the top exit",
+        roundabout.roundabout_exit,
         "The robot enters on the left and leaves at the top, without a collision. The acceleration is chosen again "
         "on the NAO map at given intervals.",
         f"Seed {roundabout.EXIT_SEED}, a decision every {roundabout.REPLAN:g} s. Each decision takes the free "
         "acceleration (chosen) nearest to the preferred one (hollow). That one turns the velocity to 8 m/s towards the "
         "exit within 1 s. Cars are coloured by the time at which the preferred acceleration would hit them. Thin: "
         "path so far; thick: path under the chosen acceleration, if held.",
-        draw=roundabout.roundabout_exit,
-        weight=6.0,
+        6.0,
     ),
 )
 
 _CLAIMS: Final = (
-    Entry(
+    _claim(
         "curves",
-        "VO and AO on a curved road raise alarms that NLVO and NAO do not",
+        lambda effort, advance: road.measure_curves(effort.quick, advance),
         "VO flags the car in the middle lane, NLVO does not; AO flags a car on the inner lane of a curve, NAO does "
         "not.",
         "Robot and car follow neighbouring lanes without end and never collide, so every alarm is false. Is the "
         "robot's present velocity in the VO or NLVO, its present acceleration in the AO or NAO?",
-        measure=lambda effort, advance: road.measure_curves(effort.quick, advance),
-        weight=5.0,
+        5.0,
     ),
-    Entry(
+    _claim(
         "crossing",
-        "One constant acceleration crosses the roundabout",
+        lambda effort, advance: roundabout.measure_crossing(effort.seeds, effort.jobs, effort.quick, advance),
         "One acceleration chosen on the NAO map at the beginning crosses the roundabout without a collision.",
         "How often such an acceleration exists, and how often the first choice, if held, collides.",
-        measure=lambda effort, advance: roundabout.measure_crossing(effort.seeds, effort.jobs, effort.quick, advance),
-        weight=25.0,
+        25.0,
     ),
-    Entry(
+    _claim(
         "sweep",
-        "NAO against AO: collisions and adjustments",
+        lambda effort, advance: controller.measure_sweep(effort.seeds, effort.jobs, effort.quick, advance),
         "With NAO the roundabout is crossed without collisions. With AO the robot keeps adjusting its acceleration "
         "to avoid the nearest vehicles, and collides several times.",
         "The paper's controller: at every decision one constant acceleration, found exactly, outside the NAO or AO.",
-        measure=lambda effort, advance: controller.measure_sweep(effort.seeds, effort.jobs, effort.quick, advance),
-        weight=300.0,
+        300.0,
     ),
-    Entry(
+    _claim(
         "smoothness",
-        "Smoothness: acceleration and jerk",
+        lambda effort, advance: roundabout.measure_smoothness(effort.full_runs, effort.jobs, effort.quick, advance),
         "AO and NAO account for the constraints of the robot's dynamics better than the NLVO can.",
         "Acceleration and jerk of slalom's navigator with each method in the same roundabout, all limited to 4 m/s² "
         "and 8 m/s. Is motion smoother if accelerations are chosen instead of velocities?",
-        measure=lambda effort, advance: roundabout.measure_smoothness(
-            effort.full_runs, effort.jobs, effort.quick, advance
-        ),
-        weight=25.0,
+        25.0,
     ),
-    Entry(
+    _claim(
         "cone",
-        "The AO is a straight cone when the relative velocity is zero",
+        lambda effort, advance: definitions.measure_cone(effort.quick),
         "For zero relative velocity the AO is a straight cone.",
         "Random accelerations: are they in the AO, and in the cone?",
-        measure=lambda effort, advance: definitions.measure_cone(effort.quick),
-        weight=1.0,
+        1.0,
     ),
-    Entry(
+    _claim(
         "oscillation",
-        "Oscillations between robots: the velocity obstacle or the selection",
+        lambda effort, advance: oscillation.measure(effort.fleet_runs, effort.jobs, effort.quick, advance),
         "Oscillations between robots come from inconsistent selection, not from velocity obstacles themselves.",
         "Robots that all use the same method swap positions on a circle, with the same obstacles and four ways of "
         "selection. How often do they change the passing side, the heading and the chosen manoeuvre?",
-        measure=lambda effort, advance: oscillation.measure(effort.fleet_runs, effort.jobs, effort.quick, advance),
-        weight=20.0,
-        plot=oscillation.figure,
+        20.0,
+        oscillation.figure,
     ),
 )
 
@@ -234,7 +230,7 @@ ENTRIES: Final[dict[str, Entry]] = {entry.name: entry for entry in (*_FIGURES, *
 
 _HEAD: Final = (
     "This page is for readers of the paper. It has all figures of the paper and all claims that can be measured, "
-    "produced by one command in a clone of slalom:",
+    "produced by one command:",
     "The paper (Stern and Shiller, *From NLVO to NAO*, arXiv:2506.06255v1, 2025) gives no radii, speeds, limits, "
     "intervals, horizons or counts for its examples. All parameters are choices of this project and are stated with "
     "each result. Seeds are 0, 1, 2 and so on. The same command gives the same numbers and figures for any number of "
@@ -253,7 +249,7 @@ def page(names: Sequence[str], results: Mapping[str, Result], quick: bool, links
     """
     suffixes = names_of(names)
     chosen = [ENTRIES[name] for name in suffixes]
-    parts = ["# The paper, reproduced", paragraph(_HEAD[0]), "```\npython -m examples.paper --out out/paper\n```"]
+    parts = ["# The paper, reproduced", paragraph(_HEAD[0]), "```\nslalom reproduce --out out/paper\n```"]
     parts += [paragraph(_HEAD[1])] + ([_QUICK] if quick else [])
     parts += ["## Contents", "\n".join(f"- [{entry.title}](#{entry.name}): `{entry.name}`" for entry in chosen)]
     if any(entry.draw for entry in chosen):

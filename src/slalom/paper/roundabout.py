@@ -22,15 +22,8 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
-from slalom.sim import Scenario, simulate
-from slalom.sim.gallery import build
-from slalom.sim.measure.closest_approach import positions_at
-from slalom.sim.measure.metrics import COLLISION, METRICS
-from slalom.view import control_space, workspace
-from slalom.view.style import FAINT, PAGE, ROBOT, style
-
-from . import drawing
-from .controller import (
+from slalom.paper import drawing
+from slalom.paper.controller import (
     BATCH,
     LANE_SPEEDS,
     MARGIN,
@@ -42,6 +35,12 @@ from .controller import (
     preferred_acceleration,
     run,
 )
+from slalom.sim import Scenario, simulate
+from slalom.sim.gallery import build
+from slalom.sim.measure.closest_approach import positions_at
+from slalom.sim.measure.metrics import COLLISION, METRICS
+from slalom.view import control_space, workspace
+from slalom.view.style import FAINT, PAGE, ROBOT, style
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Claim `crossing`: how often one constant acceleration crosses the roundabout, and how often AO and NAO find one.
