@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import number, positive, vector
+from slalom.base.checks import number, positive, shown, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.io.formats import FORMATS, read_recording
@@ -130,7 +130,7 @@ def _kind(label: str, written: str, default: str) -> str:
     word = kind_of(written) or default
     if word in RADII or default in ("ship", "aircraft"):
         return word if word in RADII else default
-    raise InvalidInput(f"agent {label}: expected a kind of {', '.join(RADII)}, or --agent-radius; found {written!r}")
+    raise InvalidInput(f"agent {label}: expected a kind of {', '.join(RADII)}, or --agent-radius; found {shown(written)}")
 
 
 def crossing(
