@@ -130,7 +130,8 @@ def _kind(label: str, written: str, default: str) -> str:
     word = kind_of(written) or default
     if word in RADII or default in ("ship", "aircraft"):
         return word if word in RADII else default
-    raise InvalidInput(f"agent {label}: expected a kind of {', '.join(RADII)}, or --agent-radius; found {shown(written)}")
+    kinds = ", ".join(RADII)
+    raise InvalidInput(f"agent {label}: expected a kind of {kinds}, or --agent-radius; found {shown(written)}")
 
 
 def crossing(
