@@ -1,5 +1,6 @@
 """Robots that appear during a run: nothing meets them before, and everything counts from then on."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -375,6 +376,14 @@ def test_mistakes_of_flows_are_those_of_the_file(flow: str, mistake: str, tmp_pa
     written(tmp_path, "people.csv", "origin,destination,count\na,east,1\n")
     with pytest.raises(InvalidFile, match=mistake):
         read_scenario(written(tmp_path, "a.yaml", f"start: 2\n{AREAS}flows:\n- {flow}\n"))
+
+
+def test_the_example_of_the_page_runs(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "library.md").read_text()
+    (content,) = re.findall(r"```yaml\n(areas:.*?)```", page, re.DOTALL)
+    scenario = read_scenario(written(tmp_path, "flows.yaml", content))
+    found = metrics.summary(simulate(scenario, "nao_shared"))
+    assert (found["robots"], found["arrived"], found["collisions"]) == (25, 25, 0)
 
 
 def test_a_crowd_of_late_robots_with_routes_arrives(tmp_path: Path) -> None:
