@@ -99,6 +99,8 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
 
 def _appearances(recording: "Recording") -> str:
     """Return how many robots appeared after the start, waited for their place, and did not appear; "" for none."""
+    if not len(recording.appears):
+        return ""
     waited = recording.appeared - recording.appears
     # Robots appear at decisions: less than the time between these is no waiting.
     late = waited[np.isfinite(waited) & (waited > max(recording.dt, recording.settings.get("replan", 0.0)))]

@@ -351,14 +351,13 @@ class Scenario(SharedSettings):
 
     def _refuse_appearances(self) -> None:
         """Raise InvalidInput for robots that appear before the start, or later where that is not possible."""
-        later = [robot for robot in self.robots if robot.appears is not None and robot.appears != self.start]
-        for robot in later:
+        for robot in self.robots:
             if robot.appears is not None and robot.appears < self.start:
                 raise InvalidInput(
                     f"{robot.name}.appears: expected at least start = {self.start:g} s, found {robot.appears:g} s"
                 )
-        if later:
-            name = later[0].name
+        if len(self.appearances):
+            name = self.robots[int(np.argmax(self.appearances))].name
             for setting in ("message_delay", "message_loss", "sight_delay", "sight_loss"):
                 if found := getattr(self, setting):
                     raise InvalidInput(f"{setting}: expected 0 as {name!r} appears after the start, found {found:g}")
@@ -389,6 +388,12 @@ class Scenario(SharedSettings):
         low, high = state.position - reach, state.position + reach
         images = images_met(self.obstacles, method.forecast, self.period, now, self.horizon, low, high)
         return [displaced(obstacle, by) for obstacle, _, by in images]
+
+    @property
+    def appearances(self) -> Array:
+        """The times (N,) [s] from which the robots may be in the world; empty if all are there from the start."""
+        times = [self.start if robot.appears is None else robot.appears for robot in self.robots]
+        return np.array(times if max(times) > self.start else ())
 
     @property
     def robot(self) -> Robot:

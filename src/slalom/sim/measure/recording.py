@@ -134,7 +134,8 @@ def save_run(recording: "Recording", path: Path | str) -> None:
         run["times"] = recording.times
         run["poses"] = np.concatenate([recording.positions, heading], axis=-1)
         run["twists"] = np.concatenate([recording.velocities, np.zeros_like(heading)], axis=-1)
-        for name in ("accelerations", "controls", "decision_times", "arrived", "appears"):
+        more = ("appears",) if len(recording.appears) else ()
+        for name in ("accelerations", "controls", "decision_times", "arrived", *more):
             run[name] = getattr(recording, name)
         run["responses"] = recording.responses.number
         run["response_parts"] = np.array(recording.responses.to_json(), dtype=h5py.string_dtype())
@@ -213,7 +214,8 @@ class Recording:
             robots, knowledge of each other: published or observed. "" if a file states none.
         period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
         names: N, all different; by default "robot 0", "robot 1", ...
-        appears: (N,) absolute time [s] from which a robot may be in the world; by default the start. See `appeared`.
+        appears: (N,) absolute times [s] from which robots may be in the world, see `appeared`; empty if all are there
+            from the start.
         settings: the settings of `Scenario` with which the robots decided; empty if a file states none. holds: [s].
     """
 
@@ -245,8 +247,6 @@ class Recording:
     def __post_init__(self) -> None:
         if not self.names:
             object.__setattr__(self, "names", tuple(f"robot {k}" for k in range(len(self.shapes))))
-        if not len(self.appears):
-            object.__setattr__(self, "appears", np.full(len(self.shapes), self.times[0]))
 
     def __repr__(self) -> str:
         size = f"robots: {len(self.names)}, steps: {len(self.accelerations)}"
@@ -281,7 +281,7 @@ class Recording:
             names=_distinct([robot.name for robot in scenario.robots]),
             settings={name: scenario.settings[name] for name in DECIDING},
             holds=tuple(scenario.holds),
-            appears=np.array([scenario.start if r.appears is None else r.appears for r in scenario.robots]),
+            appears=scenario.appearances,
         )
 
     @cached_property
@@ -290,7 +290,7 @@ class Recording:
 
         A robot appears with its first decision. Until then it rests at its place, and is not in the world.
         """
-        found = np.full(len(self.appears), self.times[0])
+        found = np.full(len(self.shapes), self.times[0])
         for k in np.flatnonzero(self.appears > self.times[0]).tolist():
             first = (t for t, outcomes in zip(self.times.tolist(), self.outcomes) if outcomes[k])
             found[k] = next(first, np.inf)
@@ -353,7 +353,7 @@ class Recording:
             goals=self.goals[one],
             arrived=self.arrived[one],
             names=self.names[one],
-            appears=self.appeared[one],
+            appears=self.appeared[one] if len(self.appears) else self.appears,
         )
 
     def acceleration_before(self, step: int, robot: int = 0) -> Array:

@@ -51,9 +51,9 @@ def recorded(recording: Recording) -> Recorded:
         raise InvalidInput("recording: expected a run with at least one step, found a robot that starts at its goal")
     settings = {name: value for name, value in recording.settings.items() if name in SETTINGS}
     notes = [] if settings else ["The file states no settings: horizon, margin and holds are the default ones."]
-    appears = [None if t <= recording.times[0] else t for t in recording.appears.tolist()]
+    later = {k: t for k, t in enumerate(recording.appears.tolist()) if t > recording.times[0]}
     parts = zip(recording.shapes, recording.limits, _first_states(recording), recording.goals)
-    robots = tuple(Robot(*each, f"robot {k}", appears=appears[k]) for k, each in enumerate(parts))
+    robots = tuple(Robot(*each, f"robot {k}", appears=later.get(k)) for k, each in enumerate(parts))
     scenario = Scenario(
         recording.scenario,
         robots,

@@ -59,8 +59,9 @@ class RobotStates:
         self.velocity = _in_space(np.array([robot.state.velocity for robot in robots]))
         self.acceleration = _in_space(np.array([robot.state.acceleration for robot in robots]))
         self.arrived = np.full(n, np.inf)
-        later = [robot.appears is not None and robot.appears > scenario.start for robot in robots]
-        self.appeared = np.where(later, np.inf, scenario.start)
+        self.appeared = np.full(n, scenario.start)
+        later = np.flatnonzero(scenario.appearances > scenario.start)
+        self.appeared[later] = np.inf
         self.present = np.isfinite(self.appeared)
         self.velocity[later], self.acceleration[later] = 0.0, 0.0
         self._goal = _in_space(np.array([robot.goal.position(scenario.start) for robot in robots]))
