@@ -77,7 +77,7 @@ def read_recorded(path: Path | str, selection: AgentSelection | None = None, **r
         obstacles += [
             Obstacle(Polyline(wall), Stationary((0.0, 0.0)), f"wall {k}") for k, wall in enumerate(tracks.walls)
         ]
-        notes.append(f"{counted(len(tracks.walls), 'wall')}: the borders of the walkable area")
+        notes.append(f"{counted(len(tracks.walls), 'wall')}: obstacles at rest")
     noted = tuple(f"{path.name}: {note}" for note in (tracks.summary(), *tracks.notes, *notes))
     return Recorded(path.stem, tuple(obstacles), (float(spans[:, 0].min()), float(spans[:, 1].max())), d, noted)
 

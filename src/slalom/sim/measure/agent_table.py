@@ -18,14 +18,15 @@ from slalom.sim.measure.recording import Recording
 class AgentRow(NamedTuple):
     """A row of the table; None has no value.
 
-    Of a run: `arrival` [s] at the goal, `delay` [s] as the metric extra_time, `min_clearance` [m] in continuous time.
+    Of a run: `start` [s] is the appearance, `arrival` [s] at the goal, `delay` [s] as the metric extra_time, and
+    `min_clearance` [m] in continuous time.
     Of a recording: `arrival` is the last time, `delay` the time beyond that of the straight way at the median speed,
     and `min_clearance` is that of the discs of other agents at times one median step apart.
     """
 
     agent: str
     kind: str
-    start: float
+    start: float | None
     arrival: float | None
     path_length: float
     delay: float | None
@@ -36,12 +37,11 @@ def rows_of_run(recording: Recording) -> list[AgentRow]:
     """Return a row for each robot of a run, in their order."""
     passive, between = nearest_clearances(recording), between_robots(recording)
     least = np.minimum(passive.min(axis=1, initial=np.inf), between.min(axis=1, initial=np.inf))
-    start = float(recording.times[0])
     return [
         AgentRow(
             name,
             "robot",
-            start,
+            finite(float(recording.appeared[k])),
             finite(float(recording.arrived[k])),
             path_length(recording, k),
             finite(extra_time(recording, k)),

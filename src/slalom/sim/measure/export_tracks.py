@@ -15,7 +15,6 @@ from slalom.model.shape import Ball, Disc, Rectangle, Shape
 from slalom.model.trajectory import Sampled, Trajectory
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
-from slalom.sim.measure.closest_approach import last_step
 from slalom.sim.measure.recording import Recording
 
 ROBOT: Final = "robot"
@@ -52,8 +51,12 @@ def as_tracks(recording: Recording, *, frames: bool = False) -> RecordedTracks:
     others = [o for o, body in zip(existing, present) if _extents(body.shape) is None]
     walls = [ring for o in others if o.at_rest and recording.dimension == 2 for ring in _outlines(o)]
     left_out = [o.name for o in others if not o.at_rest or recording.dimension == 3]
+    absent = list[str]()
     for k, shape in enumerate(recording.shapes):
-        steps = slice(0, last_step(recording, k) + 1)
+        steps = recording.steps_of(k)
+        if steps.start >= steps.stop:
+            absent.append(recording.names[k])
+            continue
         motion = Sampled(recording.times[steps], recording.positions[steps, k])
         bodies.append(_Body(f"{ROBOT} {k}" if k else ROBOT, shape, motion, ROBOT))
     labels, notes = _labels([body.name for body in bodies], frames)
@@ -63,6 +66,8 @@ def as_tracks(recording: Recording, *, frames: bool = False) -> RecordedTracks:
     agents = {label: _agent(by_label[label], agent.trajectory, first) for label, agent in found.agents.items()}
     if left_out:
         notes.append(f"neither round nor a rectangle, left out: {', '.join(left_out)}")
+    if absent:
+        notes.append(f"did not appear, left out: {', '.join(absent)}")
     lost = _lost_properties(agents.values()) if frames else ()
     return RecordedTracks(agents, (*notes, *found.notes, *lost), walls=tuple(walls))
 
