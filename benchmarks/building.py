@@ -6,19 +6,22 @@ usage: python benchmarks/building.py [--methods nao_shared orca ...] [--robots 2
 Agents of 0.2 to 0.3 m and 0.9 to 1.5 m/s in rooms of 10 x 8 m go to another one, through doors of 1.3 m and a corridor
 of 4 m, and stay there. All methods have the same starts, goals, radii, speeds and walls. `nao_shared` is guided. Peers
 of slalom (`orca` and others, with parameters after colons) follow `slalom.routes` through the doors. Models of
-JuPedSim, by the names of their classes, have their default parameters and time step, and go to waypoints at the goals
-by JuPedSim's own routes; their positions are taken every 0.05 s, with straight motion in between. An agent has arrived
-within 0.3 m of its goal, as long as it stays within 0.6 m; those of slalom and its peers have to be slower than
-0.3 m/s at first. Contacts are pairs that overlap by more than 1 mm at some time, in continuous time. Flow and density
-are those of PedPy at the door of the first room: agents that cross it a second, from the first to the last of them, and
-those a m^2 in the 2 x 2 m in front of it, on average in that time. A step is that of a method; the first one, which
-loads kernels, counts. Methods whose package is not installed are left out.
+JuPedSim, by the names of their classes, have its default parameters and time step. They go to waypoints at the goals by
+JuPedSim's own routes, which pass corners at 0.2 m; with `:routes` after the name, from point to point of
+`slalom.routes`. In JuPedSim wall ends are square, elsewhere round: its routes take several times as long among arcs.
+Its positions are taken every 0.05 s, with straight motion in between. An agent has arrived within 0.3 m of its goal, as
+long as it stays within 0.6 m; slalom and its peers require a speed below 0.3 m/s as well. Contacts are pairs that
+overlap by more than 1 mm at some time, in continuous time. Flow and density are those of PedPy at the door of the first
+room: agents that cross it a second, from the first to the last of them, and those a m^2 in the 2 x 2 m in front of it,
+on average in that time. A step is that of a method; the first one, which loads kernels, counts. Methods whose package
+is not installed are left out.
 """
 
 import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import pairwise
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -46,6 +49,8 @@ LINES = [
 """[m] The middles of the walls, which are 0.1 m thick."""
 DOOR, FRONT = [(4.35, 8.0), (5.65, 8.0)], [(4.0, 5.95), (6.0, 5.95), (6.0, 7.95), (4.0, 7.95)]
 """[m] The door of the first room, and the area in front of it."""
+ROUTED = ":routes"
+"""After the name of a model of JuPedSim: agents go along `slalom.routes`, from point to point."""
 
 
 def building(n: int, rng: np.random.Generator) -> Scenario:
@@ -91,24 +96,29 @@ def by_slalom(name: str, scenario: Scenario, seed: int) -> tuple[Recording, int]
 
 
 def by_jupedsim(name: str, scenario: Scenario, seed: int) -> tuple[Recording, int]:
-    """A run of a model of JuPedSim."""
+    """A run of a model of JuPedSim, whose number of steps is that of its own time step."""
     import jupedsim
 
-    model = getattr(jupedsim, name)
+    kind, routed, _ = name.partition(ROUTED)
+    model = getattr(jupedsim, kind)
     model = model(rng_seed=seed) if "rng_seed" in model.__dataclass_fields__ else model()
-    inner = shapely.union_all([shapely.LineString(line).buffer(WALL) for line in LINES])
+    inner = shapely.union_all([shapely.LineString(line).buffer(WALL, cap_style="square") for line in LINES])
     area = shapely.Polygon(OUTSIDE).difference(inner)
     simulation = jupedsim.Simulation(model=model, geometry=area, dt=PEDESTRIAN_STEP)
     agents = []
-    for robot in scenario.robots:
-        stage = simulation.add_waypoint_stage(tuple(robot.goal.position(0.0)), TOLERANCE)
-        journey = simulation.add_journey(jupedsim.JourneyDescription([stage]))
-        given = getattr(jupedsim, f"{name}AgentParameters")(
+    for robot in (along_routes(scenario) if routed else scenario).robots:
+        goal = robot.goal
+        points = goal.points[1:] if isinstance(goal, PathGoal) else [goal.position(0.0)]
+        stages = [simulation.add_waypoint_stage(tuple(point), TOLERANCE) for point in points]
+        journey = jupedsim.JourneyDescription(stages)
+        for before, after in pairwise(stages):
+            journey.set_transition_for_stage(before, jupedsim.Transition.create_fixed_transition(after))
+        given = getattr(jupedsim, f"{kind}AgentParameters")(
             position=tuple(robot.state.position),
             radius=robot.shape.bounding_radius,
             desired_speed=robot.limits.max_speed,
-            journey_id=journey,
-            stage_id=stage,
+            journey_id=simulation.add_journey(journey),
+            stage_id=stages[0],
         )
         agents.append(simulation.add_agent(given))
     scenario = replace(scenario, dt=0.5 * FRAME)
@@ -135,7 +145,7 @@ class Source(NamedTuple):
 
 
 def source(name: str) -> Source:
-    """The source of a method: models of JuPedSim are named as its classes are, in capitals."""
+    """The source of a method: names of models of JuPedSim begin with a capital, as its classes do."""
     if name[:1].isupper():
         return Source(by_jupedsim, "jupedsim")
     chosen = method(name)
@@ -147,9 +157,13 @@ def source(name: str) -> Source:
 
 
 class Measured(NamedTuple):
-    """Measures of one run; arrival [s] of each agent, inf without one; flow [1/s], density [1/m^2], NaN without PedPy.
+    """Measures of one run; of the door NaN without PedPy.
 
-    Steps per second of the method, and the number of simulated seconds per second.
+    Attributes:
+        arrivals: (n,) [s], inf for agents that did not arrive.
+        between, walls: pairs of agents, and of an agent and a wall, that touched. clearance: [m] the least.
+        crossed: agents through the door. flow: [1/s]. density: [1/m^2].
+        rate: steps of the method per second. speed: simulated seconds per second.
     """
 
     arrivals: Array
@@ -212,7 +226,12 @@ def row(name: str, runs: list[Measured]) -> list[Any]:
 HEADS = ["method", "runs", "all arrived", "agents arrived", "of", "median arrival s", "last arrival s"]
 HEADS += ["contacts of agents", "contacts with walls", "least clearance m", "agents through the door", "flow 1/s"]
 HEADS += ["density 1/m2", "least steps/s", "least simulated s/s"]
-METHODS = ("nao_shared", "orca", "CollisionFreeSpeedModelV2", "SocialForceModel")
+METHODS = (
+    "nao_shared",
+    "orca:horizon=2:wall_horizon=1",
+    "CollisionFreeSpeedModelV2",
+    f"SocialForceModel{ROUTED}",
+)
 
 
 def rows(arguments: argparse.Namespace, n: int, seeds: range, duration: float) -> Iterator[list[Any]]:

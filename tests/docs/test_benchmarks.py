@@ -180,11 +180,11 @@ def test_agents_in_a_building_are_measured(tmp_path: Path) -> None:
     done = called(FOLDER / "building.py", "--quick", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     (one,) = json.loads((tmp_path / "building.json").read_text())["tables"]
-    packages = {"nao_shared": "slalom", "orca": "pyrvo", "CollisionFreeSpeedModelV2": "jupedsim"}
+    packages = {"nao_shared": "slalom", "orca": "pyrvo", "CollisionFreeSpeed": "jupedsim", "SocialForce": "jupedsim"}
     there = [name for name, package in packages.items() if find_spec(package)]
-    assert [row[0] for row in one["rows"]] == there
+    assert all(row[0].startswith(name) for row, name in zip(one["rows"], there, strict=True))
     assert all(row[one["heads"].index("agents arrived")] == 6 for row in one["rows"])
-    assert all(f"{name}: left out" in done.stdout for name in set(packages) - set(there))
+    assert done.stdout.count(": left out, because jupedsim") == 2 * (find_spec("jupedsim") is None)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
