@@ -174,6 +174,19 @@ def test_arrivals_of_fleets_are_measured(tmp_path: Path) -> None:
     assert all(target["met"] for target in json.loads((tmp_path / "arrivals.json").read_text())["targets"])
 
 
+@pytest.mark.slow
+def test_agents_in_a_building_are_measured(tmp_path: Path) -> None:
+    """Apart from the page of times: six agents by each method whose package is installed, by name if it is not."""
+    done = called(FOLDER / "building.py", "--quick", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    (one,) = json.loads((tmp_path / "building.json").read_text())["tables"]
+    packages = {"nao_shared": "slalom", "orca": "pyrvo", "CollisionFreeSpeed": "jupedsim", "SocialForce": "jupedsim"}
+    there = [name for name, package in packages.items() if find_spec(package)]
+    assert all(row[0].startswith(name) for row, name in zip(one["rows"], there, strict=True))
+    assert all(row[one["heads"].index("agents arrived")] == 6 for row in one["rows"])
+    assert done.stdout.count(": left out, because jupedsim") == 2 * (find_spec("jupedsim") is None)
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Best settings of baselines.
 

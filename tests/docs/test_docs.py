@@ -23,7 +23,9 @@ def test_python_blocks_run(page, code, tmp_path, monkeypatch):
     exec(compile(code, page, "exec"), {"__name__": "__documentation__"})
 
 
-SCENARIOS = [(page, text) for page, text in blocks("yaml") if re.match(r"robots?:", text) and "max_speed" in text]
+SCENARIOS = [
+    (page, text) for page, text in blocks("yaml") if re.match(r"(robots?|areas):", text) and "max_speed" in text
+]
 
 
 @pytest.mark.parametrize(("page", "text"), SCENARIOS, ids=[page for page, _ in SCENARIOS])

@@ -299,7 +299,7 @@ def test_walls_of_a_database_stop_a_robot(tmp_path: Path) -> None:
         base.execute("UPDATE geometry SET wkt = ?", (WALKABLE,))
     found = read_recorded(path)
     assert [o.name for o in found.obstacles] == ["agent 1", "wall 0", "wall 1"]
-    assert "a.sqlite: 2 walls: the borders of the walkable area" in found.notes
+    assert "a.sqlite: 2 walls: obstacles at rest" in found.notes
     run = simulate(crossing(found, (0.0, 0.5), (6.0, 0.5), duration=10.0), METHODS["nao"])
     x, y = run.positions[:, 0].T
     assert not np.any(

@@ -15,6 +15,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import shapely
+import shapely.affinity
 from draws import examples
 from hypothesis import given, strategies as st
 from recording_formats import RECORDED, SAMPLES, WALK, Row, geocentric, recorded, write_database
@@ -24,6 +26,7 @@ from slalom.io.formats import FORMATS, format_of, read_recording, write_recordin
 from slalom.io.layout import project
 from slalom.io.recorded import Agent, RecordedTracks, tracks_at
 from slalom.io.table import sample_data
+from slalom.sim.files.recorded_traffic import read_recorded
 
 ALL = pytest.mark.parametrize("name", FORMATS)
 
@@ -606,10 +609,33 @@ def test_commonroad_2018b(tmp_path: Path) -> None:
     np.testing.assert_array_equal(tracks.agents["1"].trajectory.times, [0, 0.5])
     np.testing.assert_array_equal(tracks.agents["2"].trajectory.positions, [(2, 0), (5, 1)])
     assert tracks.notes == (
-        "1 obstacle left out: not dynamic: id 6",
+        "1 obstacle at rest, outlines read as walls: id 6",
         "1 obstacle without a trajectory left out: id 7",
         "shape of obstacles 3, 5 covered by a disc about the position",
     )
+
+
+def test_static_obstacles_of_commonroad_are_walls(tmp_path: Path) -> None:
+    """Turned, moved, round and of several parts; those without an exact place are left out."""
+    turned = "<orientation><exact>1.5707963267948966</exact></orientation><time>"
+    part = BOX.replace("</r", "<orientation>0.5</orientation><center><x>1</x><y>2</y></center></r")
+    still = [("static", shape, "") for shape in (BOX, CIRCLE + part, "")]
+    path = scenario(tmp_path, ("dynamic", BOX, MOVED), *still)
+    path.write_text(path.read_text().replace("<time>", turned))
+    tracks = read_recording(path)
+    box, circle, moved = (shapely.Polygon(ring) for ring in tracks.walls)
+    assert box.symmetric_difference(shapely.box(2 - 1.25, -4, 2 + 1.25, 4)).area < 1e-9
+    disc = shapely.Point(3, 0).buffer(2.0, quad_segs=200)
+    assert circle.covers(shapely.Point(3, 0).buffer(1.9999))
+    assert circle.hausdorff_distance(disc) < 0.0052
+    wanted = shapely.affinity.rotate(shapely.box(-4, -1.25, 4, 1.25), 0.5, (0, 0), use_radians=True)
+    wanted = shapely.affinity.translate(wanted, 1, 2)
+    wanted = shapely.affinity.translate(shapely.affinity.rotate(wanted, 90, (0, 0)), 3, 0)
+    assert moved.symmetric_difference(wanted).area < 1e-6
+    assert "2 obstacles at rest, outlines read as walls: ids 2, 3" in tracks.notes
+    assert "1 obstacle left out: neither dynamic nor at rest at an exact place: id 4" in tracks.notes
+    found = read_recorded(path)
+    assert [one.at_rest for one in found.obstacles] == [False, True, True, True]
 
 
 def test_commonroad_wants_exact_values(tmp_path: Path) -> None:

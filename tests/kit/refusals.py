@@ -331,6 +331,9 @@ OF_GYM: dict[str, Callable[[Path], object]] = {
     ),
     r"scenario: expected a world that does not repeat": gym(lambda g: g.FleetEnv("navground_corridor")),
     r"robot\.shape: expected a disc or a ball, found Rectangle": gym(in_a_box),
+    r"robot\.appears: expected none in an environment, found 3 s": gym(
+        lambda g: g.RobotEnv(replace(SCENE, robots=(replace(ROBOT, appears=3.0),)))
+    ),
     r"scenario: expected one without limited sight, found blind_corner": gym(lambda g: g.RobotEnv("blind_corner")),
     r"settings: expected none": gym(lambda g: g.RobotEnv(SCENE, settings={"dt": 0.2})),
     r"scenario: expected a name, .* found 3": gym(lambda g: g.RobotEnv(3)),

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from slalom import Obstacle, Polyline, Stationary, read_walls, routes
 from slalom.sim.files.scenario_yaml import read_scenario
 
@@ -42,6 +44,13 @@ def reading(name: str, content: str, unit: float | str | None = None) -> Callabl
     return lambda folder: read_walls(written(folder, name, content), unit)
 
 
+def with_fewer_shapes(folder: Path) -> object:
+    """Reads a drawing where at most one shape is allowed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slalom.io.walls.MOST_SHAPES", 1)
+        return read_walls(written(folder, "a.dxf", dxf()))
+
+
 OF_WALL_FILES: dict[str, Callable[[Path], object]] = {
     r"a\.txt: expected walls in a file that ends in \.wkt \(shapes in WKT\), ": reading("a.txt", ""),
     r"a\.wkt: expected walls, found none": reading("a.wkt", "POINT (1 2)"),
@@ -52,7 +61,12 @@ OF_WALL_FILES: dict[str, Callable[[Path], object]] = {
         "a.map", MOVINGAI.replace("width 4", "width 5")
     ),
     r"a\.dxf: expected a drawing in DXF, found ": reading("a.dxf", "no drawing"),
+    r"a\.dxf: expected curves within 1e\+08 m, found one at ": reading("a.dxf", dxf().replace("500.0", "5e20")),
+    r"a\.dxf: expected at most 1 shapes, found more": with_fewer_shapes,
     r"a\.svg: expected a drawing in SVG, found ": reading("a.svg", "<svg", 1.0),
+    r"a\.svg: expected curves of at most 131072 points, found a longer one": reading(
+        "a.svg", SVG.replace('height="100mm"', f'height="{"9" * 30}mm"'), 1.0
+    ),
     r"a\.yaml:\d+:\d+: robot\.goal: expected a position with route, found path": lambda folder: read_scenario(
         written(folder, "a.yaml", MOVING_ROUTE)
     ),

@@ -126,7 +126,7 @@ from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenarios
-from slalom.sim.files.schema import GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
+from slalom.sim.files.schema import FlowSpec, GoalSpec, HeadingOfContent, RecordingSpec, Shaped, WorldSpec, known_method
 from slalom.sim.gallery import build
 from slalom.sim.measure.export_tracks import write_agents
 from slalom.sim.measure.metrics import path_length
@@ -237,6 +237,13 @@ def route(speeds=None, **settings) -> PathGoal:
 
 
 HERE = Robot(Disc(1), LIMITS, FLAT, GOAL)
+
+
+def late(appears: float) -> Robot:
+    """A robot that appears at a time [s]."""
+    return replace(HERE, appears=appears)
+
+
 ROUTE = PathGoal([(0, 0), (9, 0)])
 
 
@@ -825,7 +832,26 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"expected one of vo, .*; found 'novo'": lambda _: known_method("novo"),
     r"expected either this key or robot, found neither": lambda _: WorldSpec._one_of_both(
-        None, SimpleNamespace(data={"robot": None})
+        None, SimpleNamespace(data={"robot": None, "flows": []})
+    ),
+    r"expected either this key or count, found both": lambda _: FlowSpec._one_of_two(
+        1.0, SimpleNamespace(data={"count": 3})
+    ),
+    r"expected a range of appears in which one robot appears at least, found none": lambda _: FlowSpec._one_of_two(
+        1.0, SimpleNamespace(data={"count": None, "appears": 3.0})
+    ),
+    r"robot\.appears: expected at least start = 2 s, found 1 s": lambda _: Scenario("early", (late(1.0),), start=2.0),
+    r"sight_delay: expected 0 as 'robot' appears after the start, found 0\.1": lambda _: Scenario(
+        "delayed", (late(1.0),), sight_delay=0.1
+    ),
+    r"period: expected none as 'robot' appears after the start, found \(9\.0, 9\.0\)": lambda _: Scenario(
+        "around", (late(1.0),), period=(9.0, 9.0)
+    ),
+    r"--at: expected a time after the appearance of 'robot', found 1": lambda folder: (
+        written("a.yaml", MINIMAL.replace("GOAL", "position: [5, 0]").replace("robot: {", "robot: {appears: 3, "))(
+            folder
+        ),
+        command("explain", "{}/a.yaml", "--at", "1")(folder),
     ),
     r"expected a shape of dimension 2 as of the robot, found 3": lambda _: Shaped(
         shape={"kind": "ball", "radius": 1.0}
@@ -1540,6 +1566,9 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"a\.h5: .*found format: expected 'slalom recording 3', found 'something else'": foreign_hdf5,
     r"a\.h5: expected .*, found ": empty_recording,
     r"a\.h5: expected an HDF5 recording, found ": reading(Recording.load, "a.h5", "text"),
+    r"a\.yaml:2:9: period: expected none as 'robot' appears after the start": yaml(
+        MINIMAL.replace("GOAL", "position: [5, 0]").replace("robot: {", "robot: {appears: 3, ") + "period: [9, 9]\n"
+    ),
     r"robot\.goal: expected one of position, trajectory, path, found none": reading(
         read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")
     ),

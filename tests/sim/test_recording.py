@@ -39,7 +39,7 @@ from slalom.sim import Recording, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.responses import RecordedResponses
 
-ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived")
+ARRAYS = ("times", "positions", "velocities", "accelerations", "controls", "decision_times", "arrived", "appears")
 PLAIN = (
     "scenario",
     "names",

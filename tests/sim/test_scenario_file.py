@@ -243,10 +243,10 @@ holds: @[]
 """
 IN_ROBOT = (
     "shape, radius, name, method, margin, priority, velocity, max_speed, max_acceleration, velocity_bounds, "
-    "acceleration_bounds, bounds, objective, position, goal"
+    "acceleration_bounds, bounds, objective, appears, position, goal"
 )
 AT_TOP = (
-    "name, robot, robots, obstacles, recording, walls, walls_unit, start, duration, dt, replan, horizon, "
+    "name, robot, areas, flows, robots, obstacles, recording, walls, walls_unit, start, duration, dt, replan, horizon, "
     "margin, patience, holds, guided, "
     "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
 )
@@ -557,7 +557,7 @@ robots:
   overrides: [{{robot: 0, max_speed: @-1}}]
 """,
         "robots.0.count: expected 1 or more, found 0",
-        "robots.0.positions: expected a kind among 'circle', 'line', 'grid', 'box', found 'spiral'",
+        "robots.0.positions: expected a kind among 'circle', 'line', 'grid', 'box', 'polygon', found 'spiral'",
         "robots.0.goals.center: expected one of kind; found 'center'",
         "robots.1.goals: expected an even count of robots that exchange places, found 3",
         "robots.2.positions: expected space for 90, 2 m apart, in 5 m x 5 m; found space for 7",

@@ -323,9 +323,10 @@ export class Model {
     });
   }
 
-  /** Whether a robot is in the scene: one that need not stop leaves it at its goal. */
+  /** Whether a robot is in the scene: from its appearance on; one that need not stop leaves it at its goal. */
   present(k: number): boolean {
     const at = this.arrived[k];
+    if (!Number.isFinite(this.robot(k)[0]!)) return false;
     return this.scene!.robots[k]!.stop || at == null || this.time <= at + 1e-9;
   }
 

@@ -21,6 +21,8 @@ from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.patterns import GOALS, LAYOUTS
 from slalom.sim.files.schema import (
     CasesSpec,
+    FlowSpec,
+    FlowTableSpec,
     GoalSpec,
     GroupGoalSpec,
     GroupSpec,
@@ -61,6 +63,7 @@ ROBOT_KEYS: Final[Mapping[str, str]] = {
     "velocity_bounds": "half-spaces of the velocity [m/s]",
     "acceleration_bounds": "half-spaces of the acceleration [m/s^2]",
     "bounds": "that depend on the state",
+    "appears": "[s] absolute time before which it is not in the world; by default it is there from the start",
 }
 """Meaning of the keys that a robot and a group have in common."""
 
@@ -69,6 +72,8 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "name": "by default that of the file",
         "robot": "the only robot: keys of a robot",
         "robots": "several robots or groups of robots, in place of `robot`",
+        "areas": "patterns of positions by name, for flows",
+        "flows": "robots from area to area, beside `robots` or in place of them: keys of a flow",
         "obstacles": "keys of an obstacle",
         "recording": "recorded agents as obstacles: keys of a recording",
         "walls": "file of walls, relative to the scenario file",
@@ -98,6 +103,20 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "goals": "pattern of the goals",
         "goal": "keys that the goals of a group have in common",
         "overrides": "robots that differ",
+    },
+    "FlowSpec": {
+        **ROBOT_KEYS,
+        "name": "of the flow; its robots are NAME 0, NAME 1 and so on",
+        "goal": "keys that the goals of a group have in common",
+        "origin": "area of the starts",
+        "destination": "area of the goals",
+        "count": "number of robots; either this key or rate",
+        "rate": "[1/s] of robots that appear, in the range `appears`",
+    },
+    "FlowTableSpec": {
+        **ROBOT_KEYS,
+        "goal": "keys that the goals of a group have in common",
+        "table": "file with origin, destination and count in columns, a flow for each row",
     },
     "GroupGoalSpec": {
         "tolerance": "[m] within which a robot has arrived",
@@ -217,6 +236,8 @@ MAPPINGS: Final[Mapping[str, Mapped]] = {
     "robot": Mapped("A robot", RobotSpec),
     "group": Mapped("A group of robots", GroupSpec),
     "table": Mapped("Robots of a table", TableSpec),
+    "flow": Mapped("A flow of robots", FlowSpec),
+    "flow_table": Mapped("Flows of a table", FlowTableSpec),
     "group_goal": Mapped("The goals of a group", GroupGoalSpec),
     "range": Mapped("A range of numbers", RangeSpec),
     "override": Mapped("A robot of a group that differs", OverrideSpec),

@@ -315,7 +315,8 @@ def _of_scene(
     print_notes(loaded.notes)
     if not at:
         first = SingleRobotDecider(loaded, chosen)
-        return loaded, first.method, first.decide_in(loaded.robot.state, loaded.start)
+        start = loaded.start if loaded.robot.appears is None else loaded.robot.appears
+        return loaded, first.method, first.decide_in(loaded.robot.state, start)
     run = Run(loaded, chosen, seed=seed)
     for _ in run.steps():
         if run.log.count * loaded.dt > at + 1e-9:
@@ -323,7 +324,8 @@ def _of_scene(
     _step_at(at, loaded.dt, run.log.count)
     decider = run.decider
     assert isinstance(decider, SingleRobotDecider)
-    assert decider.decision is not None
+    if decider.decision is None:
+        raise InvalidInput(f"--at: expected a time after the appearance of {loaded.robot.name!r}, found {at:g}")
     return loaded, decider.method, decider.decision
 
 
@@ -343,8 +345,9 @@ def _of_run(file: Path, at: float | None) -> Found:
     from slalom.sim.run.recorded import recorded
 
     recording = Recording.load(file)
+    _refuse_several(len(recording.shapes))
+    recording = recording.only()
     found = recorded(recording)
-    _refuse_several(len(found.scenario.robots))
     if found.method is None:
         raise InvalidInput(f"{file}: expected a run of a method of slalom, found one of {found.name}")
     step = _step_at(at or 0.0, recording.dt, len(found.steps))

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from slalom.sim.sweep.tables import count, decimal, failures, metric_text, printed, scenario_text, yes
 
 if TYPE_CHECKING:
@@ -68,7 +70,8 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     """Format the result of a run."""
     from slalom.sim.measure.metrics import max_acceleration, max_speed, path_length
 
-    each = [recording.only(k) for k in range(len(recording.names))]
+    each = [recording.only(k) for k, t in enumerate(recording.appeared.tolist()) if t < float("inf")] or [recording]
+    late = _appearances(recording)
     paths = [path_length(one) for one in each]
     arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
     collisions = counted(result["collisions"], "collision") if result["collisions"] else "no collision"
@@ -81,6 +84,7 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"{result['scenario']} with {result['method']}, seed {result['seed']}: {arrived}, {collisions}",
         f"  foresight          {_foresight(result)}",
         f"  time               {result['time']:.1f} s",
+        *([f"  appearance         {late}"] if late else []),
         f"  least clearance    {'none' if clearance is None else f'{formatted(clearance)} m'}",
         f"  adjustments        {result['adjustments']}",
         f"  jerk               {result['jerk']:.2f} m/s^3{' (mean of the robots)' if len(each) > 1 else ''}",
@@ -91,6 +95,19 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"  decisions          {statuses or 'none'}",
     ]
     return "\n".join(lines)
+
+
+def _appearances(recording: "Recording") -> str:
+    """Return how many robots appeared after the start, waited for their place, and did not appear; "" for none."""
+    if not len(recording.appears):
+        return ""
+    waited = recording.appeared - recording.appears
+    # Robots appear at decisions: less than the time between these is no waiting.
+    late = waited[np.isfinite(waited) & (waited > max(recording.dt, recording.settings.get("replan", 0.0)))]
+    missing, later = int(np.isinf(waited).sum()), int((recording.appears > recording.times[0]).sum())
+    parts = [f"{later} after the start"] if later else []
+    parts += [f"{len(late)} waited for their place, at most {late.max():.1f} s"] if len(late) else []
+    return ", ".join([*parts, *([f"{missing} did not appear"] if missing else [])])
 
 
 def _foresight(result: dict[str, Any]) -> str:

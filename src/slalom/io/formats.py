@@ -458,7 +458,7 @@ FORMATS: Final = Registry[Format](
             ),
             Format(
                 "commonroad",
-                "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles.",
+                "CommonRoad scenarios, 2018b and 2020a: dynamic obstacles, static ones as walls.",
                 "car",
                 vehicles.commonroad,
                 "an XML element commonRoad",

@@ -6,12 +6,14 @@ import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
-from slalom.base.checks import positive
+from slalom.base.checks import Array, positive
 from slalom.base.errors import InvalidFile
 from slalom.io.layout import EXTENTS, Layout, read_layout
 from slalom.io.recorded import RADII, Rows, counted, kind_of, named, refuse
@@ -113,10 +115,14 @@ def _kinds(path: Path, id_column: str) -> dict[str, str]:
 
 
 VERSIONS: Final = ("2018b", "2020a")
+ROUND: Final = 0.005
+"""[m] How far the polygons of static circles exceed them. Larger: narrower gaps beside them. Smaller: more corners."""
+BOX: Final = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+"""Corners of a rectangle, in halves of its sides."""
 
 
 def commonroad(path: Path) -> Rows:
-    """Read every dynamic obstacle with a trajectory; other obstacles are left out, with a note.
+    """Read every dynamic obstacle with a trajectory, and static ones as walls; others are left out, with a note.
 
     Raises:
         InvalidFile: no XML, another version, no time step, a state without an exact time or a position.
@@ -142,7 +148,7 @@ def commonroad(path: Path) -> Rows:
     )
     times = table.numbers("step", whole=True) * step
     sizes = table.extents(*EXTENTS)
-    return table.rows_of(
+    read = table.rows_of(
         table.ids("id"),
         times,
         table.positions("x", "y"),
@@ -150,6 +156,7 @@ def commonroad(path: Path) -> Rows:
         kinds=table.texts("kind"),
         notes=obstacles.notes(),
     )
+    return replace(read, walls=tuple(obstacles.walls))
 
 
 def _parsed(path: Path) -> tuple[ET.Element, dict[ET.Element, int]]:
@@ -184,6 +191,8 @@ class _ObstacleRows:
     states: list[ET.Element] = field(default_factory=list)
     mistakes: list[tuple[ET.Element, str]] = field(default_factory=list)
     static: list[str] = field(default_factory=list)
+    walls: list[Array] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
     without_trajectory: list[str] = field(default_factory=list)
     without_shape: list[str] = field(default_factory=list)
     covered: list[str] = field(default_factory=list)
@@ -199,7 +208,9 @@ class _ObstacleRows:
             return
         name, trajectory = element.get("id", ""), element.find("trajectory")
         if role != "dynamic":
-            self.static.append(name)
+            rings = _rings(element) if role == "static" else []
+            (self.static if rings else self.others).append(name)
+            self.walls += rings
         elif trajectory is None:
             self.without_trajectory.append(name)
         else:
@@ -236,8 +247,12 @@ class _ObstacleRows:
 
     def notes(self) -> list[str]:
         """Return one note for each kind of omission."""
-        left_out = ((self.static, "left out: not dynamic"), (self.without_trajectory, "without a trajectory left out"))
-        notes = [f"{counted(len(ids), 'obstacle')} {what}: {named(ids, 'id')}" for ids, what in left_out if ids]
+        each = (
+            (self.static, "at rest, outlines read as walls"),
+            (self.others, "left out: neither dynamic nor at rest at an exact place"),
+            (self.without_trajectory, "without a trajectory left out"),
+        )
+        notes = [f"{counted(len(ids), 'obstacle')} {what}: {named(ids, 'id')}" for ids, what in each if ids]
         if self.without_shape:
             notes.append(f"shape of {named(self.without_shape, 'obstacle')} unknown")
         if self.covered:
@@ -258,16 +273,45 @@ def _transform(part: ET.Element) -> tuple[float, float, float]:
 
 def _reach(part: ET.Element) -> float:
     """Return the largest distance [m] of a part of a shape from the position of its obstacle; nan if unknown."""
-    x, y, angle = _transform(part)
     if part.tag == "circle":
+        x, y, _ = _transform(part)
         return float(np.hypot(x, y)) + _value(part.findtext("radius", ""))
+    return float(np.max(np.abs(_corners(part)), initial=-np.inf))
+
+
+def _corners(part: ET.Element) -> npt.NDArray[np.complex128]:
+    """Return the corners (n,), x + i y [m], of a part of a shape about the position of its obstacle; nan if unknown.
+
+    A circle is a polygon around it, within ROUND.
+    """
+    x, y, angle = _transform(part)
     if part.tag == "polygon":
-        corners = [complex(_value(p.findtext("x", "")), _value(p.findtext("y", ""))) for p in part.findall("point")]
-    else:
-        length, width = (0.5 * _value(part.findtext(size, "")) for size in ("length", "width"))
-        turned = complex(np.cos(angle), np.sin(angle))
-        corners = [complex(x, y) + turned * complex(a * length, b * width) for a in (-1, 1) for b in (-1, 1)]
-    return float(np.max(np.abs(corners))) if corners else np.nan
+        points = part.findall("point")
+        return np.array([complex(_value(p.findtext("x", "")), _value(p.findtext("y", ""))) for p in points])
+    if part.tag == "circle":
+        radius = _value(part.findtext("radius", ""))
+        if not 0.0 < radius < np.inf:
+            return np.full(1, np.nan, np.complex128)
+        count = max(8, ceil(np.pi / np.arccos(radius / (radius + ROUND))))
+        angles = 2.0 * np.pi * np.arange(count) / count
+        return np.asarray(complex(x, y) + radius / np.cos(np.pi / count) * np.exp(1j * angles))
+    length, width = (0.5 * _value(part.findtext(size, "")) for size in ("length", "width"))
+    turned = complex(np.cos(angle), np.sin(angle))
+    return np.asarray(complex(x, y) + turned * np.array([complex(a * length, b * width) for a, b in BOX]))
+
+
+def _rings(element: ET.Element) -> list[Array]:
+    """Return the outlines (n, 2) [m] of a static obstacle, first point last again; none if a place is not exact."""
+    state, shape = element.find("initialState"), element.find("shape")
+    if state is None or shape is None:
+        return []
+    x, y = (_value(state.findtext(f"position/point/{axis}", "")) for axis in "xy")
+    angle = _value(state.findtext("orientation/exact", "0" if state.find("orientation") is None else ""))
+    rings = []
+    for part in shape:
+        corners = complex(x, y) + np.exp(1j * angle) * _corners(part)
+        rings.append(np.column_stack([corners.real, corners.imag])[[*range(len(corners)), 0]])
+    return rings if all(len(ring) > 3 and np.isfinite(ring).all() for ring in rings) else []
 
 
 def _value(text: str) -> float:

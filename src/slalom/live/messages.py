@@ -17,7 +17,7 @@ from slalom.base.checks import Array
 from slalom.base.errors import InvalidInput
 from slalom.decision.methods import METHODS
 from slalom.forecast.forecast import FORESIGHTS
-from slalom.live.seen import has_left
+from slalom.live.seen import is_absent
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Shape
 from slalom.model.trajectory import Stationary
@@ -215,6 +215,8 @@ class Scene:
         self.moving = [k for k, o in enumerate(scenario.obstacles) if not o.at_rest]
         self.goals = any(not isinstance(robot.goal.trajectory, Stationary) for robot in scenario.robots)
         self.low, self.high = box or _box(scenario, steps)
+        # Robots that have not appeared in the frames so far.
+        self._absent = set[int]()
 
     def message(self, method: str, *, live: bool, notes: Sequence[str] = (), extra: dict[str, Any]) -> bytes:
         """Return the `scene` message. `extra` are further fields, such as the number of undoable changes."""
@@ -274,10 +276,16 @@ class Scene:
     def frames(self, steps: Sequence[Step], first: int, arrived: Array, ended: "Ended | None") -> bytes:
         """Return the `frames` message of some steps, of which the first has the number `first`.
 
+        Positions of robots before their appearance are absent.
         `arrived` (n,) [s] are the times of arrival known so far; `ended` says how the run ended, None if it goes on.
         """
         scenario = self.scenario
         positions = np.array([step.positions for step in steps])
+        if first == 0:
+            self._absent = {k for k, robot in enumerate(scenario.robots) if robot.appears is not None}
+        for own, step in zip(positions, steps):
+            self._absent -= {k for k in self._absent if step.outcomes[k]}
+            own[list(self._absent)] = np.nan
         times = scenario.start + scenario.dt * (first + np.arange(len(steps), dtype=np.float64))
         obstacles, directions = self._obstacles(times)
         names = [name for step in steps for name in step.outcomes]
@@ -350,9 +358,11 @@ def series(scenario: Scenario, steps: Sequence[Step], robot: int, first: int = 0
         if k != robot:
             still = Obstacle(other.shape, Stationary(np.zeros(scenario.dimension)))
             relative = own - np.array([step.positions[k] for step in steps])
-            present = np.array([not has_left(scenario, steps, j, k) for j in range(len(steps))])
+            present = np.array([not is_absent(scenario, steps, j, k) for j in range(len(steps))])
             found = clearances(still, shape, times, relative)
             least = np.where(present, np.minimum(least, found), least)
+    if scenario.robots[robot].appears is not None:
+        least[[is_absent(scenario, steps, j, robot) for j in range(len(steps))]] = np.inf
     clearance = np.where(np.isfinite(least), least, np.nan).astype(np.float32)
     decision = np.array([1e3 * step.decision_times[robot] for step in steps], dtype=np.float32)
     return pack("series", {"robot": robot, "first": first}, {"clearance": clearance, "decision": decision})

@@ -13,7 +13,7 @@ from slalom.decision.methods import Method
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import Ended, Scene, ended, file_page, series
-from slalom.live.seen import Seen, decided_again
+from slalom.live.seen import Seen, decided_again, is_absent
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.response import Acceleration, advance
@@ -220,5 +220,5 @@ def looked_at(found: Recorded, robot: int, interval: float | None = None) -> Ite
     every = scenario.steps_per_decision
     stride = max(1, int(positive(interval, "interval") / (every * scenario.dt) + 1e-9)) * every
     for k, known in enumerate(decided_again(scenario, method, steps, found.seed)):
-        if k % stride == 0:
+        if k % stride == 0 and not (scenario.robots[robot].appears and is_absent(scenario, steps, k, robot)):
             yield known.seen(steps, k, robot)

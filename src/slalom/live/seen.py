@@ -58,13 +58,14 @@ def state_at(steps: Sequence[Step], k: int, robot: int) -> State:
     return State(steps[k].positions[robot], steps[k].velocities[robot], before)
 
 
-def has_left(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> bool:
-    """Whether a robot has left the scene before step k, see `RobotStates.present`.
+def is_absent(scenario: Scenario, steps: Sequence[Step], k: int, robot: int) -> bool:
+    """Whether a robot is not in the scene at step k, see `RobotStates.present`.
 
-    Its decisions end: no outcome follows until the next decision is due.
+    It decides from its appearance until it leaves: the decision that was due last has no outcome.
     """
-    last = k - k % scenario.steps_per_decision
-    return not scenario.robots[robot].goal.stop and last > 0 and not steps[last].outcomes[robot]
+    own, last = scenario.robots[robot], k - k % scenario.steps_per_decision
+    may_be = own.appears is not None or (not own.goal.stop and last > 0)
+    return may_be and not steps[last].outcomes[robot]
 
 
 def decided_again(scenario: Scenario, method: Method, steps: Sequence[Step], seed: int = 0) -> Iterator["Knowledge"]:
@@ -82,6 +83,9 @@ def decided_again(scenario: Scenario, method: Method, steps: Sequence[Step], see
         now = scenario.start + scenario.dt * k
         states.note_arrivals(now)
         if k % scenario.steps_per_decision == 0:
+            for j in np.flatnonzero(np.isinf(states.appeared[rows])).tolist():
+                if step.outcomes[j]:
+                    states.appear(int(rows[j]), now)
             decider.decide(now)
             found.note()
         yield found
@@ -137,7 +141,7 @@ class Knowledge:
     def __init__(self, scenario: Scenario, run: Run | None, *made: Decision) -> None:
         self._scenario, self._decider = scenario, None if run is None else run.decider
         self._rows = by_name(scenario)[1].tolist()
-        self._single = list(made)
+        self._single = list[Decision | None](made)
         # Of each decision of a fleet: the table and the obstacles of each row that decided.
         self._tables = list[dict[int, tuple[RobotTable, Obstacles]]]()
         self._new = dict[int, tuple[RobotTable, Obstacles]]()
@@ -152,7 +156,6 @@ class Knowledge:
     def note(self) -> None:
         """Note the decision that has just been made."""
         if isinstance(self._decider, SingleRobotDecider):
-            assert self._decider.decision is not None
             self._single.append(self._decider.decision)
         elif isinstance(self._decider, FleetDecider) and not self._tables:
             # Robots that wait for messages decide later.
@@ -163,8 +166,10 @@ class Knowledge:
         self._new = {}
 
     def decision(self, k: int) -> Decision:
-        """The decision in force at step k of the only robot."""
-        return self._single[k // self._scenario.steps_per_decision]
+        """The decision in force at step k of the only robot, which has appeared."""
+        found = self._single[k // self._scenario.steps_per_decision]
+        assert found is not None
+        return found
 
     def seen(self, steps: Sequence[Step], k: int, robot: int = 0, number: int = -1) -> "Seen":
         """The decision in force at step k in the control space of response `number`; -1: of the committed manoeuvre.
@@ -174,7 +179,7 @@ class Knowledge:
         every = self._scenario.steps_per_decision
         made = k // every
         if self._single:
-            decision = self._single[made]
+            decision = self.decision(k)
             last, first = (alone(self._scenario, known) for known in (known_at(decision), beginning_of(decision)))
             return seen_of(self._scenario, k, robot, decision.outcome.name, last, first, number)
         row, fleet = self._rows[robot], cast(FleetDecider, self._decider).fleet

@@ -15,7 +15,7 @@ from slalom.decision.methods import Method, method as method_of
 from slalom.decision.settings import NUMBERS
 from slalom.live.control_space import Fields, control_message
 from slalom.live.messages import Scene, ended, pack, series
-from slalom.live.seen import VIEW_SAMPLES, Knowledge, Seen, decided_again, has_left, state_at
+from slalom.live.seen import VIEW_SAMPLES, Knowledge, Seen, decided_again, is_absent, state_at
 from slalom.model.goal import Goal
 from slalom.model.shape import Polyline, round_shape
 from slalom.model.state import State
@@ -120,14 +120,21 @@ HANDLES = ("robot", "robot_velocity", "goal", "obstacle", "obstacle_velocity")
 
 
 def from_step(scenario: Scenario, steps: Sequence[Step], k: int) -> Scenario:
-    """Return the scenario that begins with the states of step k of a run; robots that have left are left out."""
+    """Return the scenario that begins with the states of step k of a run.
+
+    Robots that have left are left out. Those that have not appeared yet appear later.
+    """
     if k == 0 or not steps:
         return scenario
     now = scenario.start + scenario.dt * k
-    kept = [j for j in range(len(scenario.robots)) if not has_left(scenario, steps, k, j)]
-    robots = tuple(replace(scenario.robots[j], state=state_at(steps, k, j)) for j in kept)
+    robots = list[Robot]()
+    for j, robot in enumerate(scenario.robots):
+        if not is_absent(scenario, steps, k, j):
+            robots.append(replace(robot, state=state_at(steps, k, j), appears=None))
+        elif robot.appears is not None and not any(step.outcomes[j] for step in steps[:k]):
+            robots.append(replace(robot, appears=max(robot.appears, now + scenario.dt)))
     duration = max(scenario.dt, scenario.start + scenario.duration - now)
-    return replace(scenario, robots=robots, start=now, duration=duration)
+    return replace(scenario, robots=tuple(robots), start=now, duration=duration)
 
 
 def dragged(scenario: Scenario, what: str, index: int, to: npt.ArrayLike) -> Scenario:
@@ -415,6 +422,8 @@ class Session:
         if not steps or (self.recorded is not None and self.recorded.method is None):
             return None
         k = max(0, min(k, len(steps) - 1))
+        if self.scenario.robots[self.robot].appears is not None and is_absent(self.scenario, steps, k, self.robot):
+            return None
         return self._played.known(k).seen(steps, k, self.robot, self.response)
 
     def _seen_by(self, method: Method, k: int) -> Seen:

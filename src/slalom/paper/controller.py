@@ -268,7 +268,7 @@ def run(
             break
     end = rules.replan * len(log.steps)
     arrived = end if reached else np.inf
-    log.end(state.position[None], state.velocity[None], np.array([arrived]))
+    log.end(state.position[None], state.velocity[None], np.array([arrived]), np.zeros(1))
     return Run(Recording.of(log), tuple(step.outcomes[0] for step in log.steps), has_left)
 
 

@@ -1,5 +1,6 @@
 """Placement of robots at random or in patterns, without overlap."""
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -30,15 +31,16 @@ def random_positions(
     rng: np.random.Generator,
     noun: str = "robots",
     period: Period | None = None,
+    inside: Callable[[Array], bool] | None = None,
 ) -> Array:
-    """Draw positions (count, d) [m], uniform in the box from `low` to `high` (d,) [m].
+    """Draw positions (count, d) [m], uniform in the box from `low` to `high` (d,) [m], or in the part of it `inside`.
 
     Args:
         min_distance: [m] between any two positions, and between their periodic images.
         noun: name of the robots in messages. period: [m] of a periodic world, if there is one.
 
     Raises:
-        InvalidInput: MAX_TRIES consecutive positions were too close to others, or the box is empty.
+        InvalidInput: MAX_TRIES consecutive positions were outside or too close to others, or the box is empty.
     """
     first, last = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
     around = (np.inf,) * len(first) if period is None else period
@@ -52,6 +54,8 @@ def random_positions(
                 f"found space for {len(positions)}"
             )
         candidate, tries = rng.uniform(first, last), tries - 1
+        if inside is not None and not inside(candidate):
+            continue
         offsets = positions - candidate
         if not len(positions) or np.linalg.norm(offsets + to_nearest(offsets, around), axis=1).min() >= min_distance:
             positions, tries = np.vstack([positions, candidate]), MAX_TRIES

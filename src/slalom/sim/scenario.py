@@ -206,6 +206,8 @@ class Robot:
         method: by which it decides; None: that of the run. margin: [m]; None: that of the scenario.
         priority: above 0, of a robot among others, see `Fleet`.
         objective: what a single robot minimises; None: to arrive.
+        appears: [s] absolute time before which the robot is not in the world; None: it is there from the start. It
+            waits until its place is free, see `appearance`.
 
     Raises:
         InvalidInput: a shape or a goal of another dimension than the state, a negative margin or priority, a goal at
@@ -221,6 +223,7 @@ class Robot:
     margin: float | None = None
     priority: float = 1.0
     objective: Objective | None = None
+    appears: float | None = None
 
     def __post_init__(self) -> None:
         text(self.name, "name")
@@ -235,6 +238,8 @@ class Robot:
             has(self.objective, *OBJECTIVE, f"{self.name}.objective")
         if self.margin is not None:
             not_negative(self.margin, f"{self.name}.margin")
+        if self.appears is not None:
+            number(self.appears, f"{self.name}.appears")
         for part, dimension in (("shape", self.shape.dimension), ("goal", self.goal.trajectory.dimension)):
             if dimension != self.state.dimension:
                 raise InvalidInput(
@@ -269,8 +274,9 @@ class Scenario(SharedSettings):
         notes: repairs, omissions and assumptions of the files that were read, a sentence each.
 
     Raises:
-        InvalidInput: a setting outside its range, parts of different dimensions, or a goal that an obstacle at rest
-            covers.
+        InvalidInput: a setting outside its range, parts of different dimensions, a goal that an obstacle at rest
+            covers, or a robot that appears before the start; one that appears later in a periodic world, or with
+            messages or observations that are late or lost.
     """
 
     name: str
@@ -332,6 +338,7 @@ class Scenario(SharedSettings):
             raise InvalidInput(
                 f"start: expected a time of the recording, from {first:g} to before {last:g} s, found {self.start:g} s"
             )
+        self._refuse_appearances()
         object.__setattr__(self, "obstacles", tuple(obstacle.of_scenario() for obstacle in self.obstacles))
         for k, obstacle in enumerate(self.obstacles):
             if obstacle.dimension != self.dimension:
@@ -341,6 +348,21 @@ class Scenario(SharedSettings):
                 )
         goals, shapes = [robot.goal for robot in self.robots], [robot.shape for robot in self.robots]
         refuse_hidden_goals(goals, shapes, self.obstacles, self.start, self.horizon, self.period)
+
+    def _refuse_appearances(self) -> None:
+        """Raise InvalidInput for robots that appear before the start, or later where that is not possible."""
+        for robot in self.robots:
+            if robot.appears is not None and robot.appears < self.start:
+                raise InvalidInput(
+                    f"{robot.name}.appears: expected at least start = {self.start:g} s, found {robot.appears:g} s"
+                )
+        if len(self.appearances):
+            name = self.robots[int(np.argmax(self.appearances))].name
+            for setting in ("message_delay", "message_loss", "sight_delay", "sight_loss"):
+                if found := getattr(self, setting):
+                    raise InvalidInput(f"{setting}: expected 0 as {name!r} appears after the start, found {found:g}")
+            if self.period is not None:
+                raise InvalidInput(f"period: expected none as {name!r} appears after the start, found {self.period}")
 
     def __repr__(self) -> str:
         return f"<Scenario {self.name}, robots: {len(self.robots)}, obstacles: {len(self.obstacles)}>"
@@ -366,6 +388,12 @@ class Scenario(SharedSettings):
         low, high = state.position - reach, state.position + reach
         images = images_met(self.obstacles, method.forecast, self.period, now, self.horizon, low, high)
         return [displaced(obstacle, by) for obstacle, _, by in images]
+
+    @property
+    def appearances(self) -> Array:
+        """The times (N,) [s] from which the robots may be in the world; empty if all are there from the start."""
+        times = [self.start if robot.appears is None else robot.appears for robot in self.robots]
+        return np.array(times if max(times) > self.start else ())
 
     @property
     def robot(self) -> Robot:

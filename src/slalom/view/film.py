@@ -86,6 +86,8 @@ class Film(Sequence[Pixels]):
     def __init__(
         self, recording: Recording, *, width: int = 720, fps: float = 25.0, speed: float = 1.0, trail: float = 3.0
     ) -> None:
+        if len(recording.shapes) == 1:
+            recording = recording.only()
         if not len(recording.accelerations):
             raise InvalidInput(
                 "recording: expected a run with at least one step, found a robot that starts at its goal"
@@ -174,7 +176,7 @@ class Film(Sequence[Pixels]):
         i = min(int((t - run.times[0]) / run.dt + 1e-9), len(run.accelerations) - 1)
         h, a = t - run.times[i], run.accelerations[i]
         stays = np.array([goal.stop for goal in run.goals])
-        there = stays | (run.arrived >= t - 1e-9)
+        there = (stays | (run.arrived >= t - 1e-9)) & (run.appeared <= t + 1e-9)
         return run.positions[i] + h * (run.velocities[i] + 0.5 * h * a), run.velocities[i] + h * a, there
 
     def at(self, t: float) -> Pixels:
@@ -339,7 +341,8 @@ class _Panel:
             ends = np.stack([positions, positions + velocities], axis=1)[there][..., axes]
             self._arrows.set_segments(list(ends))
         if self._goals is not None:
-            self._goals.set_offsets([goal.position(t)[axes] for goal in self._run.goals])
+            appeared = self._run.appeared[:, None] <= t + 1e-9
+            self._goals.set_offsets(np.where(appeared, [goal.position(t)[axes] for goal in self._run.goals], np.nan))
         for artist in self._drawn:
             self._ax.draw_artist(artist)
 
@@ -375,7 +378,8 @@ def animate(
 ) -> Path:
     """Write a video of a run: robots, obstacles, goals and trails in the workspace.
 
-    In space the run is seen from above and from the side. Robots that need not stop leave the picture at their goal.
+    In space the run is seen from above and from the side. Robots are drawn from their appearance on. Those that need
+    not stop leave the picture at their goal.
 
     Args:
         path: a name ending in .mp4 or .gif. width: [pixel], even; the height follows from the run.

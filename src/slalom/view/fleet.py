@@ -91,7 +91,10 @@ def fleet(recording: Recording, *, names: bool = False, title: str | None = None
 
 def _robot(ax: Axes, recording: Recording, k: int, scale: ScalarMappable) -> None:
     """Draw the track of a robot, a ring at its start, which others may end at, and its body at its end."""
-    times, points = np.asarray(recording.times), np.asarray(recording.positions)[:, k]
+    there = recording.steps_of(k)
+    times, points = np.asarray(recording.times)[there], np.asarray(recording.positions)[there, k]
+    if not len(times):
+        return
     pieces = np.stack([points[:-1, :2], points[1:, :2]], axis=1)
     track = LineCollection(list(pieces), array=0.5 * (times[1:] + times[:-1]), linewidths=1.1, zorder=3)
     track.set(cmap=scale.cmap, norm=scale.norm, capstyle="round", gid=f"track-{k}")
@@ -106,7 +109,8 @@ def _names(ax: Axes, recording: Recording, starts: Array) -> None:
     """Write the name of each robot beside its start: above it, or on the first side where it covers no other name."""
     ax.apply_aspect()
     taken: list[Bbox] = []
-    for k, (name, start, shape) in enumerate(zip(recording.names, starts, recording.shapes, strict=True)):
+    each = enumerate(zip(recording.names, starts, recording.shapes, strict=True))
+    for k, (name, start, shape) in [one for one in each if np.isfinite(recording.appeared[one[0]])]:
         text = ax.annotate(name, start[:2], (0, 0), textcoords="offset points", fontsize=5, zorder=8)
         for (x, y), across, up in [*SIDES, SIDES[0]]:
             text.xy = (start[0] + x * shape.bounding_radius, start[1] + y * shape.bounding_radius)
@@ -165,6 +169,8 @@ def replay(
         InvalidInput: a run without a step; a time at which it does not run; a time or uncertainty in a figure of
             tracks; names in one of a decision.
     """
+    if len(recording.shapes) == 1:
+        recording = recording.only()
     if not len(recording.accelerations):
         raise InvalidInput("--figure: expected a run with at least one step, found a robot that starts at its goal")
     lasts = float(recording.times[-1] - recording.times[0])

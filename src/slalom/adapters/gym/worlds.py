@@ -490,6 +490,8 @@ class Worlds:
         if scenario.period is not None:
             raise InvalidInput(f"scenario: expected a world that does not repeat, found {scenario.name}")
         for robot in scenario.robots:
+            if robot.appears is not None and robot.appears > scenario.start:
+                raise InvalidInput(f"{robot.name}.appears: expected none in an environment, found {robot.appears:g} s")
             if not isinstance(robot.shape, Disc | Ball):
                 raise InvalidInput(f"{robot.name}.shape: expected a disc or a ball, found {type(robot.shape).__name__}")
         self.scenarios[w] = scenario

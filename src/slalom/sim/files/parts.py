@@ -106,7 +106,8 @@ def _to_place(model: type[Model], content: Any, place: Place) -> tuple[type[Mode
     """Return the model of the last mapping on the way to `place`, and the last field."""
     field = FieldInfo()
     for step in place:
-        field = model.model_fields[step] if isinstance(step, str) else field
+        # A mapping by name, such as areas, has the field of its values.
+        field = model.model_fields.get(step, field) if isinstance(step, str) else field
         content = content[step]
         if isinstance(content, dict):
             model = next(_models_of(field, content), model)

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import shapely
 
-from slalom.base.checks import Array, Checked, NotNegative, Number, Positive, check_fields, vector, whole
+from slalom.base.checks import Array, Checked, NotNegative, Number, Positive, check_fields, vector, vectors, whole
 from slalom.base.errors import InvalidInput
+from slalom.model.shape import Polygon
 from slalom.sim.placement import on_circle, random_positions
 
 
@@ -105,6 +107,28 @@ class BoxLayout(Layout):
 
 
 @dataclass(frozen=True, eq=False)
+class PolygonLayout(Layout):
+    """At random, uniform in the polygon with 3 or more `corners` [m], at least `min_distance` [m] apart."""
+
+    corners: Checked = Checked(vectors, "n d")
+    min_distance: NotNegative = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        Polygon(self.corners)
+        check_fields(self)
+        whole(self.seed, "seed")
+
+    def points(self, count: int, key: str) -> Array:
+        low, high = self.corners.min(axis=0), self.corners.max(axis=0)
+        area = shapely.Polygon(self.corners)
+        return random_positions(
+            *(count, low, high, self.min_distance, generator(self.seed, key), key),
+            inside=lambda point: bool(shapely.contains_xy(area, *point)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class OppositeGoals(Goals):
     """The start, mirrored at `center` [m]: antipodal on a circle about it."""
 
@@ -139,6 +163,7 @@ LAYOUTS: Final[Mapping[str, type[Layout]]] = {
     "line": LineLayout,
     "grid": GridLayout,
     "box": BoxLayout,
+    "polygon": PolygonLayout,
 }
 """Patterns of positions by kind."""
 

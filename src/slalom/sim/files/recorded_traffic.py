@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.checks import number, positive, vector
+from slalom.base.checks import number, positive, shown, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.io.formats import FORMATS, read_recording
@@ -77,7 +77,7 @@ def read_recorded(path: Path | str, selection: AgentSelection | None = None, **r
         obstacles += [
             Obstacle(Polyline(wall), Stationary((0.0, 0.0)), f"wall {k}") for k, wall in enumerate(tracks.walls)
         ]
-        notes.append(f"{counted(len(tracks.walls), 'wall')}: the borders of the walkable area")
+        notes.append(f"{counted(len(tracks.walls), 'wall')}: obstacles at rest")
     noted = tuple(f"{path.name}: {note}" for note in (tracks.summary(), *tracks.notes, *notes))
     return Recorded(path.stem, tuple(obstacles), (float(spans[:, 0].min()), float(spans[:, 1].max())), d, noted)
 
@@ -130,7 +130,8 @@ def _kind(label: str, written: str, default: str) -> str:
     word = kind_of(written) or default
     if word in RADII or default in ("ship", "aircraft"):
         return word if word in RADII else default
-    raise InvalidInput(f"agent {label}: expected a kind of {', '.join(RADII)}, or --agent-radius; found {written!r}")
+    kinds = ", ".join(RADII)
+    raise InvalidInput(f"agent {label}: expected a kind of {kinds}, or --agent-radius; found {shown(written)}")
 
 
 def crossing(

@@ -84,6 +84,8 @@ def _robot(robot: Robot, start: float, end: float) -> dict[str, Any]:
         found["method"] = robot.method.name
     if robot.margin is not None:
         found["margin"] = float(robot.margin)
+    if robot.appears is not None:
+        found["appears"] = float(robot.appears)
     found |= {name: _given(bounds) for name, bounds in limits.items() if bounds}
     if robot.objective is not None:
         found["objective"] = _part(robot.objective, OBJECTIVES)

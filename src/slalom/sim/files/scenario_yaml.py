@@ -23,6 +23,7 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.periodic import checked_period
+from slalom.sim.files.flows import robots_of_flows
 from slalom.sim.files.parts import Place, built
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import (
@@ -170,7 +171,8 @@ def files_of(path: Path) -> list[Path]:
     content = compose(path)[1]
     several = (content, *content.get("cases", ()))
     named = [(one.get("recording") or {}).get("file") for one in several] + [one.get("walls") for one in several]
-    named += [robot["table"] for one in several for robot in one.get("robots") or () if is_table(robot)]
+    entries = [entry for one in several for key in ("robots", "flows") for entry in one.get(key) or ()]
+    named += [entry["table"] for entry in entries if is_table(entry)]
     found = [formats.files_of(path.parent / name) for name in dict.fromkeys(named) if name is not None]
     return [path, *(file for files in found for file in files)]
 
@@ -217,6 +219,14 @@ class _Parts(Mistakes):
             self.note((name,), mistake)
         if spec is None or self.mistakes:
             return None
+        start = float(settings["start"])
+        for keys, robot in zip(written, robots):
+            if robot is not None and robot.appears is not None and robot.appears < start:
+                self.note(keys.at("appears"), f"expected at least start = {start:g} s, found {robot.appears:g} s")
+            elif robot is not None and robot.appears is not None and robot.appears > start and spec.period:
+                self.note(("period",), f"expected none as {keys.name!r} appears after the start, found one")
+        if self.mistakes:
+            return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)
         whole = tuple(robot for robot in robots if robot is not None)
         if routed := [k for k, one in enumerate(written) if one.has_route()]:
@@ -249,11 +259,12 @@ class _Parts(Mistakes):
     def written_robots(self, content: dict[str, Any]) -> list[WrittenRobot]:
         """Return the keys of each robot of the file, those of groups included; note names that occur twice."""
         listed = content.get("robots")
-        if not isinstance(listed, list) or not listed:
+        flows = content.get("flows") if content.get("robot") is None and listed is None else None
+        if (not isinstance(listed, list) or not listed) and not flows:
             return [WrittenRobot(_name(content.get("robot"), "robot"), content.get("robot"), ("robot",), {})]
         found: list[WrittenRobot] = []
         names = set[str]()
-        for k, raw in enumerate(listed):
+        for k, raw in enumerate(listed or []):
             place: Place = ("robots", k)
             if is_group(raw):
                 group = _valid(GroupSpec, raw)
@@ -263,11 +274,14 @@ class _Parts(Mistakes):
                 some = robots_of_table(file, raw, place, len(found), self) if _valid(TableSpec, raw) else []
             else:
                 some = [WrittenRobot(_name(raw, f"robot {len(found)}"), raw, place, {})]
-            for one in some:
-                if one.name in names:
-                    self.note(one.at("name"), f"expected a name for each robot, found {one.name!r} again")
-                names.add(one.name)
             found += some
+        margin = content.get("margin", ScenarioSpec.model_fields["margin"].default)
+        if isinstance(margin, int | float):
+            found += robots_of_flows(content, float(margin), self.path.parent, len(found), self)
+        for one in found:
+            if one.name in names:
+                self.note(one.at("name"), f"expected a name for each robot, found {one.name!r} again")
+            names.add(one.name)
         return found
 
     def dimension(self, robots: list[WrittenRobot], content: dict[str, Any]) -> int | None:
@@ -316,7 +330,9 @@ class _Parts(Mistakes):
         objective = built(me.objective)
         robot = self.attempt(
             written.at("goal"),
-            lambda: Robot(shape, limits, state, goal, written.name, chosen, me.margin, me.priority, objective),
+            lambda: Robot(
+                *(shape, limits, state, goal, written.name, chosen, me.margin, me.priority, objective, me.appears)
+            ),
         )
         return robot if len(self.mistakes) == before else None
 

@@ -1,6 +1,6 @@
 """Model of a scenario file."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -21,6 +21,7 @@ from pydantic.fields import FieldInfo
 
 from slalom.base.checks import did_you_mean, shown, vectors
 from slalom.base.errors import InvalidFile, InvalidInput
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.decision.methods import method
 from slalom.decision.settings import SharedSettings
 from slalom.io.formats import FORMATS
@@ -214,6 +215,7 @@ class RobotKeys(Shaped):
     acceleration_bounds: list[HalfSpaceSpec] = Field(default_factory=list)
     bounds: list[BoundModel] = Field(default_factory=list)
     objective: ObjectiveModel | None = None
+    appears: FiniteFloat | None = None
 
 
 class RobotSpec(RobotKeys):
@@ -327,23 +329,75 @@ _KEYS |= {name: (_optional(field), None) for name, field in RobotSpec.model_fiel
 OverrideSpec = create_model("OverrideSpec", __base__=Model, __doc__="A robot of a group that differs.", **_KEYS)
 
 
-class GroupSpec(RobotKeys):
-    """Robots that share their settings, placed by patterns."""
+Count = Annotated[int, Field(ge=1, le=YAML_VALUES // VALUES_PER_ROBOT)]
+LayoutModel = Annotated[PartModel, OfAnyKind(LAYOUTS)]
 
-    count: Annotated[int, Field(ge=1, le=YAML_VALUES // VALUES_PER_ROBOT)]
+
+class SharedKeys(RobotKeys):
+    """Keys that several robots share, some of them ranges over the robots."""
+
     radius: NotNegativeOrRange | None = Field(default=None, validate_default=True)
     margin: NotNegativeOrRange | None = None
     priority: PositiveOrRange = 1.0
     max_speed: PositiveOrRange
     max_acceleration: PositiveOrRange
-    positions: Annotated[PartModel, OfAnyKind(LAYOUTS)]
-    goals: Annotated[PartModel, OfAnyKind(GOALS)]
+    appears: NotNegativeOrRange | None = None
     goal: GroupGoalSpec = Field(default_factory=GroupGoalSpec)
+
+
+class GroupSpec(SharedKeys):
+    """Robots that share their settings, placed by patterns."""
+
+    count: Count
+    positions: LayoutModel
+    goals: Annotated[PartModel, OfAnyKind(GOALS)]
     overrides: list[OverrideSpec] = Field(default_factory=list)  # type: ignore[valid-type]  # made at run time
 
 
+class FlowSpec(SharedKeys):
+    """Robots that go from one area to another: `count` of them, or `rate` per second of the range `appears`."""
+
+    origin: Text
+    destination: Text
+    count: Count | None = None
+    rate: Positive | None = Field(default=None, validate_default=True)
+
+    @field_validator("rate")
+    @classmethod
+    def _one_of_two(cls, rate: float | None, info: ValidationInfo) -> float | None:
+        # Keys with mistakes of their own are not in the data.
+        if "count" in info.data and (rate is None) == (info.data["count"] is None):
+            raise InvalidInput(f"expected either this key or count, found {'neither' if rate is None else 'both'}")
+        if rate is None or "appears" not in info.data:
+            return rate
+        span = info.data["appears"]
+        if not isinstance(span, RangeSpec) or rate * (span.last - span.first) < 1.0:
+            raise InvalidInput("expected a range of appears in which one robot appears at least, found none")
+        return rate
+
+    def times(self, key: str) -> list[float]:
+        """Return the times [s] of appearance of all robots; none without the key."""
+        span, rate = self.appears, self.rate
+        if not isinstance(span, RangeSpec):
+            return [] if span is None else [span] * (self.count or 0)
+        if rate is None or span.seed is not None:
+            return span.values(self.count or self.number(), key)
+        return [span.first + k / rate for k in range(self.number())]
+
+    def number(self) -> int:
+        """Return the number of robots: `count`, or those that appear at a `rate`, the first one at once."""
+        span: Any = self.appears
+        return self.count or int(float(self.rate or 0.0) * (span.last - span.first) * (1.0 + WHOLE_COUNT))
+
+
+class FlowTableSpec(SharedKeys):
+    """Flows of a table, a row each: origin, destination and count."""
+
+    table: Text
+
+
 class TableSpec(RobotKeys):
-    """Robots of a table, a row each: x, y, goal_x, goal_y and, in place of keys, name, radius and max_speed."""
+    """Robots of a table, a row each: x, y, goal_x, goal_y and, in place of keys, name, radius, max_speed, appears."""
 
     table: Text
     radius: NotNegative | None = None
@@ -352,19 +406,23 @@ class TableSpec(RobotKeys):
 
 
 @dataclass(frozen=True, eq=False)
-class RobotOrGroupByContent(ModelByContent):
-    """Metadata of an entry of `robots`: a group has a count, a table its file, a robot has neither."""
+class ByContent(ModelByContent):
+    """Metadata of an entry whose keys determine its model, which `choose` returns."""
+
+    choose: Callable[[object], type[Model]]
 
     def model_of(self, content: object) -> type[Model] | None:
-        return GroupSpec if is_group(content) else TableSpec if is_table(content) else RobotSpec
+        return self.choose(content)
 
     def validate(self, content: object) -> Model:
-        model = self.model_of(content)
-        assert model is not None
-        return model.model_validate(content)
+        return self.choose(content).model_validate(content)
 
 
-RobotOrGroup = Annotated[Model, RobotOrGroupByContent()]
+RobotOrGroup = Annotated[
+    Model, ByContent(lambda content: GroupSpec if is_group(content) else TableSpec if is_table(content) else RobotSpec)
+]
+"""An entry of `robots`: a group has a count, a table its file, a robot has neither."""
+FlowOrTable = Annotated[Model, ByContent(lambda content: FlowTableSpec if is_table(content) else FlowSpec)]
 
 
 def is_group(content: object) -> bool:
@@ -434,7 +492,7 @@ def robots_of(
     return found
 
 
-TABLE_COLUMNS: Final = ("x", "y", "goal_x", "goal_y", "name", "radius", "max_speed")
+TABLE_COLUMNS: Final = ("x", "y", "goal_x", "goal_y", "name", "radius", "max_speed", "appears")
 
 
 def robots_of_table(
@@ -447,9 +505,9 @@ def robots_of_table(
     try:
         table = comma_table(file, ("x", "y", "goal_x", "goal_y"))
         positions, goals = table.positions("x", "y"), table.positions("goal_x", "goal_y")
-        columns = {key: table.numbers(key) for key in ("radius", "max_speed") if key in table.names}
+        columns = {key: table.numbers(key) for key in ("radius", "max_speed", "appears") if key in table.names}
         for key, values in columns.items():
-            for row in np.flatnonzero(values <= 0.0):
+            for row in np.flatnonzero((values <= 0.0) & (key != "appears")):
                 table.wrong(row, key, f"expected a number above 0, found {values[row]:g}")
         refuse(table.path, table.mistakes, table.location)
     except InvalidFile as error:
@@ -498,11 +556,16 @@ def _overrides(
 # Model of a scenario file.
 
 
+Areas = dict[str, LayoutModel]
+
+
 class WorldSpec(Model):
     """The robots, the obstacles and the times of a scenario file."""
 
     name: str = ""
     robot: RobotSpec | None = None
+    areas: Areas = Field(default_factory=dict)
+    flows: list[FlowOrTable] = Field(default_factory=list)
     robots: list[RobotOrGroup] | None = Field(default=None, min_length=1, validate_default=True)
     obstacles: list[ObstacleSpec] = Field(default_factory=list)
     recording: RecordingSpec | None = None
@@ -516,7 +579,10 @@ class WorldSpec(Model):
     @field_validator("robots")
     @classmethod
     def _one_of_both(cls, robots: list[Model] | None, info: ValidationInfo) -> list[Model] | None:
-        # A robot with mistakes of its own is not in the data.
+        # A robot and flows with mistakes of their own are not in the data.
+        alone = robots is None and info.data.get("robot") is None
+        if alone and info.data.get("flows", True):
+            return robots
         if "robot" in info.data and (robots is None) == (info.data["robot"] is None):
             raise InvalidInput(f"expected either this key or robot, found {'neither' if robots is None else 'both'}")
         return robots

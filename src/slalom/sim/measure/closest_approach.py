@@ -66,8 +66,10 @@ def closest_image(
 
     parts: numbers of the parts of the obstacle that count; None: all.
     """
-    steps = last_step(recording, robot)
-    found = [_closest(recording, robot, image, steps, parts) for image in nearest_images(recording, robot, obstacle)]
+    there = recording.steps_of(robot)
+    if there.start >= there.stop:
+        return ClosestApproach(np.inf, np.inf)
+    found = [_closest(recording, robot, image, there, parts) for image in nearest_images(recording, robot, obstacle)]
     return min(found, key=lambda closest: closest.clearance)
 
 
@@ -110,9 +112,10 @@ def between_robots(recording: Recording) -> Array:
         return least
     is_ball = np.array([len(s.parts) == 1 and len(s.parts[0].corners) == 1 for s in recording.shapes])
     balls = bounding_balls(recording)
-    as_obstacles = {k: robot_as_obstacle(recording, k) for k in range(n)} if not is_ball.all() else {}
-    for k in range(n - 1):
-        others = np.arange(k + 1, n)
+    appeared = np.flatnonzero(np.isfinite(recording.appeared))
+    as_obstacles = {k: robot_as_obstacle(recording, k) for k in appeared.tolist()} if not is_ball.all() else {}
+    for k in appeared.tolist():
+        others = appeared[appeared > k]
         both = others[is_ball[k] & is_ball[others]]
         if both.size:
             least[k, both] = _closest_discs(recording, k, both, balls)
@@ -121,31 +124,24 @@ def between_robots(recording: Recording) -> Array:
     return np.asarray(np.minimum(least, least.T))
 
 
-def last_step(recording: Recording, robot: int) -> int:
-    """Return the number of steps for which the robot is present: a robot that need not stop leaves at its goal."""
-    steps = len(recording.accelerations)
-    if np.isfinite(recording.arrived[robot]) and not recording.goals[robot].stop:
-        return min(steps, max(1, round(float(recording.arrived[robot] - recording.times[0]) / recording.dt)))
-    return steps
-
-
 def robot_as_obstacle(recording: Recording, robot: int) -> Obstacle:
-    """Return a robot as an obstacle on its recorded path."""
-    last = last_step(recording, robot)
-    rows = (recording.positions[:last, robot], recording.velocities[:last, robot])
-    powers = np.stack([*rows, 0.5 * recording.accelerations[:last, robot]], axis=1)
-    path = PiecewisePolynomial(np.full(last, recording.dt), powers, float(recording.times[0]))
+    """Return a robot as an obstacle on its recorded path, while it is in the world."""
+    there = recording.steps_of(robot)
+    made = slice(there.start, there.stop - 1)
+    rows = (recording.positions[made, robot], recording.velocities[made, robot])
+    powers = np.stack([*rows, 0.5 * recording.accelerations[made, robot]], axis=1)
+    path = PiecewisePolynomial(np.full(len(powers), recording.dt), powers, float(recording.times[there.start]))
     return Obstacle(recording.shapes[robot], path, recording.names[robot])
 
 
 def _closest_discs(recording: Recording, robot: int, others: Indices, balls: Balls) -> Array:
     """Return the least clearance (k,) [m] of a disc or ball to other discs or balls while both are present."""
-    lasts = np.array([last_step(recording, int(k)) for k in others], dtype=np.int64)
-    lasts = np.minimum(lasts, last_step(recording, robot))
+    own, there = recording.steps_of(robot), [recording.steps_of(int(k)) for k in others]
+    spans = np.array([(max(own.start, s.start), min(own.stop, s.stop) - 1) for s in there], dtype=np.int64)
     parts, dt = [shape.parts[0] for shape in recording.shapes], recording.dt
     radii = np.array([parts[k].radius for k in others]) + parts[robot].radius
     offsets = np.array([parts[k].corners[0] for k in others]) - parts[robot].corners[0]
-    step, index = _steps_near(recording, robot, others, offsets, radii, lasts, balls)
+    step, index = _steps_near(recording, robot, others, offsets, radii, spans, balls)
     other = others[index]
     p, end = (recording.positions[k, other] - recording.positions[k, robot] + offsets[index] for k in (step, step + 1))
     v = recording.velocities[step, other] - recording.velocities[step, robot]
@@ -201,27 +197,29 @@ def _steps_near(
     others: Indices,
     offsets: Array,
     radii: Array,
-    lasts: Indices,
+    spans: Indices,
     balls: Balls,
 ) -> tuple[Indices, Indices]:
     """Return steps (m,) and indices (m,) of others: all at which the closest approach to that robot may lie.
 
     Args:
-        offsets: (k, d) [m] of the centres. radii: (k,) [m] sums of both. lasts: (k,) numbers of common steps.
+        offsets: (k, d) [m] of the centres. radii: (k,) [m] sums of both. spans: (k, 2) first common step, and the one
+            after the last.
     """
     relative = balls.centers[:, others] - balls.centers[:, [robot]] + offsets
     if recording.period is not None:
         relative = relative + to_nearest(relative, recording.period)
     distance = np.linalg.norm(relative, axis=-1) - radii
     reach = balls.radii[:, others] + balls.radii[:, [robot]]
-    present = balls.first[:, None] < lasts
+    begin, end = balls.first[:, None], balls.first[:, None] + BLOCK_STEPS
+    present = (begin < spans[:, 1]) & (end > spans[:, 0])
     # The closest approach is at most as far as at the far side of the balls of any block that is present to its end.
-    whole = balls.first[:, None] + BLOCK_STEPS <= lasts
+    whole = (begin >= spans[:, 0]) & (end <= spans[:, 1])
     upper = np.where(whole, distance + reach, np.inf).min(axis=0)
     block, index = np.nonzero(present & (distance - reach <= upper))
     step = (balls.first[block][:, None] + np.arange(BLOCK_STEPS)).reshape(-1)
     index = np.repeat(index, BLOCK_STEPS)
-    there = step < lasts[index]
+    there = (step >= spans[index, 0]) & (step < spans[index, 1])
     return step[there], index[there]
 
 
@@ -237,11 +235,11 @@ def positions_at(recording: Recording, robot: int, times: Array) -> Array:
 
 
 def _closest(
-    recording: Recording, robot: int, obstacle: Obstacle, steps: int, parts: Sequence[int] | None
+    recording: Recording, robot: int, obstacle: Obstacle, there: slice, parts: Sequence[int] | None
 ) -> ClosestApproach:
-    """Return the closest approach to some parts of an obstacle within the first `steps` of a run; None: to all."""
+    """Return the closest approach to some parts of an obstacle while a robot is there; None: to all."""
     first, last = obstacle.trajectory.span
-    start, end = max(first, float(recording.times[0])), min(last, float(recording.times[steps]))
+    start, end = max(first, float(recording.times[there.start])), min(last, float(recording.times[there.stop - 1]))
     if start > end:
         return ClosestApproach(np.inf, np.inf)
     inner = recording.times[(recording.times > start) & (recording.times < end)]
@@ -429,7 +427,8 @@ def _about_position(obstacle: Obstacle, t: float) -> tuple[Array, Array, Array]:
 
 def _bounds(recording: Recording, robot: int, balls: Balls, parts: PartBalls) -> tuple[Array, Array]:
     """Lower and upper bounds (p,) [m] of the least clearance of a robot to each part; inf: never there together."""
-    shape, present = recording.shapes[robot], balls.first < last_step(recording, robot)
+    shape, there = recording.shapes[robot], recording.steps_of(robot)
+    present = (balls.first < there.stop - 1) & (balls.last > there.start)
     relative = parts.centers - balls.centers[:, robot]
     inner = relative - shape.parts[0].corners.mean(axis=0)
     if recording.period is not None:
@@ -438,7 +437,7 @@ def _bounds(recording: Recording, robot: int, balls: Balls, parts: PartBalls) ->
     low = np.linalg.norm(relative, axis=2) - reach
     touch = shape.parts[0].radius + parts.rounding[:, None]
     high = np.linalg.norm(inner, axis=2) - touch
-    whole = balls.middle <= last_step(recording, robot)
+    whole = (balls.middle >= there.start) & (balls.middle < there.stop)
     low = np.where(parts.exists & present, low, np.inf).min(axis=1)
     return low, np.where(parts.there & whole, high, np.inf).min(axis=1)
 
@@ -454,5 +453,6 @@ def single_robot_view(recording: Recording, robot: Which = None) -> Recording:
         InvalidInput: see `Recording.row`.
     """
     k, n = recording.row(robot), len(recording.shapes)
-    others = [robot_as_obstacle(recording, j) for j in range(n) if j != k and len(recording.accelerations)]
+    there = np.isfinite(recording.appeared) & (len(recording.accelerations) > 0)
+    others = [robot_as_obstacle(recording, j) for j in range(n) if j != k and there[j]]
     return replace(recording.only(k), obstacles=(*recording.obstacles, *others))

@@ -18,7 +18,6 @@ from slalom.obstacle import Obstacle
 from slalom.sim.measure.closest_approach import (
     ClosestApproach,
     closest_image,
-    last_step,
     nearest_images,
     positions_at,
     single_robot_view,
@@ -106,7 +105,7 @@ def loss_of_well_clear(recording: Recording, robot: Which = None) -> float:
     See `not_well_clear`.
     """
     run = single_robot_view(recording, robot)
-    end = float(run.times[last_step(run, 0)])
+    end = float(run.times[run.steps_of(0)][-1])
     times = np.arange(float(run.times[0]), end, CLEAR_STEP)
     lost = np.zeros(len(times), np.bool_)
     for obstacle in [image for one in run.obstacles if not one.at_rest for image in nearest_images(run, 0, one)]:
@@ -182,7 +181,7 @@ def keeps_side(run: Recording, other: Obstacle) -> bool:
 
     Overtaking vessels may pass on either side (rule 13). A vessel at rest has no course, hence no side.
     """
-    steps = last_step(run, 0)
+    steps = run.steps_of(0).stop - 1
     there = _there(other, run.times[: steps + 1])
     times = run.times[: steps + 1][there]
     if not len(times):

@@ -17,7 +17,7 @@ from slalom.model.shape import Ball, Disc, Rectangle, Shape
 from slalom.model.trajectory import Sampled, Trajectory
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
-from slalom.sim.measure.closest_approach import between_robots, last_step, nearest_clearances
+from slalom.sim.measure.closest_approach import between_robots, nearest_clearances
 from slalom.sim.measure.metrics import extra_time, finite, path_length
 from slalom.sim.measure.recording import Recording
 
@@ -55,8 +55,12 @@ def as_tracks(recording: Recording, *, frames: bool = False) -> RecordedTracks:
     others = [o for o, body in zip(existing, present) if _extents(body.shape) is None]
     walls = [ring for o in others if o.at_rest and recording.dimension == 2 for ring in _outlines(o)]
     left_out = [o.name for o in others if not o.at_rest or recording.dimension == 3]
+    absent = list[str]()
     for k, shape in enumerate(recording.shapes):
-        steps = slice(0, last_step(recording, k) + 1)
+        steps = recording.steps_of(k)
+        if steps.start >= steps.stop:
+            absent.append(recording.names[k])
+            continue
         motion = Sampled(recording.times[steps], recording.positions[steps, k])
         bodies.append(_Body(f"{ROBOT} {k}" if k else ROBOT, shape, motion, ROBOT))
     labels, notes = _labels([body.name for body in bodies], frames)
@@ -66,6 +70,8 @@ def as_tracks(recording: Recording, *, frames: bool = False) -> RecordedTracks:
     agents = {label: _agent(by_label[label], agent.trajectory, first) for label, agent in found.agents.items()}
     if left_out:
         notes.append(f"neither round nor a rectangle, left out: {', '.join(left_out)}")
+    if absent:
+        notes.append(f"did not appear, left out: {', '.join(absent)}")
     lost = _lost_properties(agents.values()) if frames else ()
     return RecordedTracks(agents, (*notes, *found.notes, *lost), walls=tuple(walls))
 
@@ -136,14 +142,15 @@ def _lost_properties(agents: Iterable[Agent]) -> list[str]:
 class AgentRow(NamedTuple):
     """A row of the table; None has no value.
 
-    Of a run: `arrival` [s] at the goal, `delay` [s] as the metric extra_time, `min_clearance` [m] in continuous time.
+    Of a run: `start` [s] is the appearance, `arrival` [s] at the goal, `delay` [s] as the metric extra_time, and
+    `min_clearance` [m] in continuous time.
     Of a recording: `arrival` is the last time, `delay` the time beyond that of the straight way at the median speed,
     and `min_clearance` is that of the discs of other agents at times one median step apart.
     """
 
     agent: str
     kind: str
-    start: float
+    start: float | None
     arrival: float | None
     path_length: float
     delay: float | None
@@ -154,12 +161,11 @@ def rows_of_run(recording: Recording) -> list[AgentRow]:
     """Return a row for each robot of a run, in their order."""
     passive, between = nearest_clearances(recording), between_robots(recording)
     least = np.minimum(passive.min(axis=1, initial=np.inf), between.min(axis=1, initial=np.inf))
-    start = float(recording.times[0])
     return [
         AgentRow(
             name,
             "robot",
-            start,
+            finite(float(recording.appeared[k])),
             finite(float(recording.arrived[k])),
             path_length(recording, k),
             finite(extra_time(recording, k)),

@@ -64,6 +64,7 @@ ARRAYS: Final[Mapping[str, tuple[str, str]]] = {
     "outcomes": ("", "(T, N) outcomes of the decisions, empty where none was due"),
     "decision_times": ("s", "(T, N) wall clock of the decisions"),
     "arrived": ("s", "(N,) absolute times of arrival, inf without one"),
+    "appears": ("s", "(N,) absolute times before which robots are not there; none if all are there from the start"),
     "robots/*/goal_path/points": ("m", "(n, d) points of the path to the goal"),
     "robots/*/goal_path/speeds": ("m/s", "(n,) speeds at these points"),
     "holds": ("s", "holds of the methods that hold an acceleration"),

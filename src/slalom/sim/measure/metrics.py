@@ -446,8 +446,8 @@ def success(recording: Recording) -> float:
 
 
 def time(recording: Recording | RunSummary) -> float:
-    """Time until the last robot reached its goal [s]; duration of the run if one did not."""
-    return float(recording.times[-1] - recording.times[0])
+    """Time from the first appearance until the last robot reached its goal [s], or to the end if one did not."""
+    return float(recording.times[-1]) - min(float(recording.appeared.min()), float(recording.times[-1]))
 
 
 def _clearances(recording: Recording) -> tuple[Array, Array]:
@@ -514,7 +514,7 @@ def summary(recording: Recording) -> dict[str, Any]:
     """
     decision_times_us = recording.decision_times[recording.decision_times > 0.0] * 1e6
     quantiles = np.quantile(decision_times_us, [0.5, 0.99, 1.0]) if decision_times_us.size else np.zeros(3)
-    alone = [recording.only(k) for k in range(len(recording.shapes))]
+    alone = [recording.only(k) for k in np.flatnonzero(np.isfinite(recording.appeared)).tolist()]
     passive, between = _clearances(recording)
     return {
         "scenario": recording.scenario,
@@ -526,9 +526,9 @@ def summary(recording: Recording) -> dict[str, Any]:
         "collisions": _count(passive, between),
         "min_clearance": finite(min(passive.min(initial=np.inf), between.min(initial=np.inf))),
         "time": time(recording),
-        "efficacy": round(float(np.mean([efficacy(one) for one in alone])), 3),
+        "efficacy": round(float(np.mean([efficacy(one) for one in alone] or [0.0])), 3),
         "adjustments": int(sum(adjustments(one) for one in alone)),
-        "jerk": float(np.mean([mean_jerk(one) for one in alone])),
+        "jerk": float(np.mean([mean_jerk(one) for one in alone] or [0.0])),
         "decision_us": dict(zip(("p50", "p99", "max"), (round(float(q), 1) for q in quantiles))),
         "statuses": dict(sorted(Counter(name for row in recording.outcomes for name in row if name).items())),
     }

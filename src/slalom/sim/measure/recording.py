@@ -5,6 +5,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path, Path as FilePath
 from typing import Any, Final, NamedTuple
 
@@ -76,7 +77,7 @@ class RunLog:
         scenario, method, seed, foresight: see `Recording`.
         steps: steps of a recorded run. count: number of steps, recorded or not.
         statuses: number of decisions by name of the outcome.
-        positions, velocities: (N, d) [m, m/s] at the end. arrived: (N,) [s] absolute, inf if not.
+        positions, velocities: (N, d) [m, m/s] at the end. arrived, appeared: (N,) [s] absolute, inf if not.
     """
 
     scenario: Scenario
@@ -89,12 +90,14 @@ class RunLog:
     positions: Array = field(default_factory=lambda: np.empty((0, 2)))
     velocities: Array = field(default_factory=lambda: np.empty((0, 2)))
     arrived: Array = field(default_factory=lambda: np.empty(0))
+    appeared: Array = field(default_factory=lambda: np.empty(0))
 
-    def end(self, positions: Array, velocities: Array, arrived: Array) -> None:
-        """Store the final positions (N, d) [m], velocities (N, d) [m/s] and arrival times (N,) [s]."""
+    def end(self, positions: Array, velocities: Array, arrived: Array, appeared: Array) -> None:
+        """Store the final positions (N, d) [m] and velocities (N, d) [m/s], and times of arrival and appearance [s]."""
         self.positions = positions
         self.velocities = velocities
         self.arrived = arrived
+        self.appeared = appeared
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -131,7 +134,8 @@ def save_run(recording: "Recording", path: Path | str) -> None:
         run["times"] = recording.times
         run["poses"] = np.concatenate([recording.positions, heading], axis=-1)
         run["twists"] = np.concatenate([recording.velocities, np.zeros_like(heading)], axis=-1)
-        for name in ("accelerations", "controls", "decision_times", "arrived"):
+        more = ("appears",) if len(recording.appears) else ()
+        for name in ("accelerations", "controls", "decision_times", "arrived", *more):
             run[name] = getattr(recording, name)
         run["responses"] = recording.responses.number
         run["response_parts"] = np.array(recording.responses.to_json(), dtype=h5py.string_dtype())
@@ -210,6 +214,8 @@ class Recording:
             robots, knowledge of each other: published or observed. "" if a file states none.
         period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
         names: N, all different; by default "robot 0", "robot 1", ...
+        appears: (N,) absolute times [s] from which robots may be in the world, see `appeared`; empty if all are there
+            from the start.
         settings: the settings of `Scenario` with which the robots decided; empty if a file states none. holds: [s].
     """
 
@@ -236,6 +242,7 @@ class Recording:
     settings: Mapping[str, float] = field(default_factory=dict)
     holds: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
+    appears: Array = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         if not self.names:
@@ -274,7 +281,30 @@ class Recording:
             names=_distinct([robot.name for robot in scenario.robots]),
             settings={name: scenario.settings[name] for name in DECIDING},
             holds=tuple(scenario.holds),
+            appears=scenario.appearances,
         )
+
+    @cached_property
+    def appeared(self) -> Array:
+        """The absolute times (N,) [s] of appearance, inf for robots that did not appear.
+
+        A robot appears with its first decision. Until then it rests at its place, and is not in the world.
+        """
+        found = np.full(len(self.shapes), self.times[0])
+        for k in np.flatnonzero(self.appears > self.times[0]).tolist():
+            first = (t for t, outcomes in zip(self.times.tolist(), self.outcomes) if outcomes[k])
+            found[k] = next(first, np.inf)
+        return found
+
+    def steps_of(self, robot: int) -> slice:
+        """The numbers of the states at which a robot is in the world; it leaves at a goal at which it need not stop."""
+        first, last = 0, len(self.accelerations)
+        if self.appeared[robot] > self.times[0]:
+            first = int(np.searchsorted(self.times, self.appeared[robot]))
+        if np.isfinite(self.arrived[robot]) and not self.goals[robot].stop:
+            reached = round(float(self.arrived[robot] - self.times[0]) / self.dt)
+            last = min(last, max(first + 1, reached))
+        return slice(first, last + 1)
 
     @property
     def dimension(self) -> int:
@@ -299,25 +329,31 @@ class Recording:
         raise InvalidInput(f"robot: expected the name or number of one of {n} robots ({some}), found {found}")
 
     def only(self, robot: Which = None) -> "Recording":
-        """Return the recording of one robot without the other robots, see `row`; `single_robot_view` keeps them."""
+        """Return the recording of one robot from its appearance on, without the other robots, see `row`.
+
+        `single_robot_view` keeps the others.
+        """
         k = self.row(robot)
-        if len(self.names) == 1:
+        first = min(self.steps_of(k).start, len(self.accelerations))
+        if len(self.names) == 1 and first == 0:
             return self
         one = slice(k, k + 1)
         return replace(
             self,
-            positions=self.positions[:, one],
-            velocities=self.velocities[:, one],
-            accelerations=self.accelerations[:, one],
-            controls=self.controls[:, one],
-            responses=self.responses.only(one),
-            outcomes=tuple(row[one] for row in self.outcomes),
-            decision_times=self.decision_times[:, one],
+            times=self.times[first:],
+            positions=self.positions[first:, one],
+            velocities=self.velocities[first:, one],
+            accelerations=self.accelerations[first:, one],
+            controls=self.controls[first:, one],
+            responses=self.responses.only(one, first),
+            outcomes=tuple(row[one] for row in self.outcomes[first:]),
+            decision_times=self.decision_times[first:, one],
             shapes=self.shapes[one],
             limits=self.limits[one],
             goals=self.goals[one],
             arrived=self.arrived[one],
             names=self.names[one],
+            appears=self.appeared[one] if len(self.appears) else self.appears,
         )
 
     def acceleration_before(self, step: int, robot: int = 0) -> Array:
@@ -335,6 +371,8 @@ class Recording:
         if self.period is not None:
             parts.append(repr(self.period))
         arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
+        if np.any(self.appeared > self.times[0]):
+            arrays.append(self.appeared)
         content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
         return hashlib.sha256(content).hexdigest()
 
@@ -422,6 +460,7 @@ class Recording:
             names=_distinct([text(r.attributes, "name") for r in robots if "name" in r.attributes])[: len(robots)],
             settings=named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
             holds=load_holds(run),
+            appears=unbounded(run, "appears", n) if "appears" in run.datasets else np.empty(0),
         )
         recording._refuse_contradictions()
         return recording
@@ -463,7 +502,7 @@ class RunSummary:
         scenario, method, seed, dt, parameters, foresight: as in `Recording`.
         times: (2,) absolute start and end [s]. steps: number of steps.
         position: (N, d) [m] at the end. velocity: (N, d) [m/s] at the end.
-        arrived: (N,) absolute time [s], inf if the robot did not arrive.
+        arrived, appeared: (N,) absolute times [s], inf if the robot did not.
         statuses: number of decisions by name of the outcome.
     """
 
@@ -478,6 +517,7 @@ class RunSummary:
     velocity: Array
     arrived: Array
     statuses: dict[str, int]
+    appeared: Array
     foresight: str = ""
 
     @classmethod
@@ -496,6 +536,7 @@ class RunSummary:
             velocity=log.velocities,
             arrived=log.arrived,
             statuses=dict(sorted(log.statuses.items())),
+            appeared=log.appeared,
             foresight=log.foresight,
         )
 

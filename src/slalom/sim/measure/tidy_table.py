@@ -38,7 +38,7 @@ COLUMNS: Final[Mapping[str, Column]] = {
 
 
 def columns_of(recording: "Recording") -> dict[str, npt.NDArray[Any]]:
-    """Return the columns by name, each of length (T + 1) N: the rows are sorted by time, then by robot."""
+    """Return the columns by name: the rows are sorted by time, then by robot, each from its appearance on."""
     count, n, d = recording.positions.shape
     filled = {
         "time": np.repeat(recording.times, n),
@@ -52,13 +52,14 @@ def columns_of(recording: "Recording") -> dict[str, npt.NDArray[Any]]:
         "decision_time": _with_last(recording.decision_times, np.nan).ravel(),
         "arrived": (recording.times[:, None] >= recording.arrived).ravel(),
     }
+    there = (recording.times[:, None] >= recording.appeared).ravel()
     found: dict[str, npt.NDArray[Any]] = {}
     for names in COLUMNS:
         axes, values = names.split(), filled[names]
         if len(axes) == 1:
-            found[names] = values
+            found[names] = values[there]
         else:
-            found.update(zip(axes, values.reshape(-1, d).T))
+            found.update(zip(axes, values.reshape(-1, d)[there].T))
     return found
 
 

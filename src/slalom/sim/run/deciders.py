@@ -65,6 +65,8 @@ class SingleRobotDecider:
         self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
 
     def decide(self, now: float) -> Decisions:
+        if np.isinf(self.states.appeared[0]):
+            return Decisions({}, {})
         before = perf_counter()
         state = self.states.state(0)
         goal = self.scenario.robot.goal
@@ -78,6 +80,8 @@ class SingleRobotDecider:
     def decide_in(self, state: State, now: float) -> Decision:
         """The decision at `now` [s] of the robot in `state`; the next one continues it."""
         states, d = self.states, state.dimension
+        if np.isinf(states.appeared[0]):
+            states.appear(0, now)
         states.position[0, :d], states.velocity[0, :d] = state.position, state.velocity
         states.acceleration[0, :d] = state.acceleration
         self.decide(now)
@@ -85,13 +89,15 @@ class SingleRobotDecider:
         return self.decision
 
     def accelerations(self, now: float, duration: float) -> Array:
-        assert self.decision is not None
         acceleration = np.zeros((1, 3))
+        if self.decision is None:
+            return acceleration
         acceleration[0, : self.scenario.dimension] = self.decision.manoeuvre.mean_acceleration(now, duration)
         return acceleration
 
     def committed(self) -> tuple[Array, ResponseRow]:
-        assert self.decision is not None
+        if self.decision is None:
+            return np.zeros((1, self.scenario.dimension)), ("",)
         manoeuvre = self.decision.manoeuvre
         return manoeuvre.control[None], (manoeuvre.response,)
 
@@ -192,16 +198,21 @@ class PeerDecider:
         self._limits = [robot.limits for robot in scenario.robots]
         self._table = ObstacleTable(scenario.obstacles if self._paths else ())
         self._chosen, self._answered = states.velocity[:, :2].copy(), np.ones(len(states.arrived), np.bool_)
-        self._crowd = self._begin(states.present)
-        self._members = states.present.copy()
+        self._members = np.zeros_like(states.present)
+        if states.present.any():
+            self._begin(states.present)
 
-    def _begin(self, members: Flags) -> Crowd:
+    def _begin(self, members: Flags) -> None:
+        """Let the peer begin with the robots that are present."""
+        self._members = members.copy()
         robots = [robot for robot, member in zip(self.scenario.robots, members, strict=True) if member]
         radii = np.array([robot.shape.bounding_radius for robot in robots])
         speeds = np.array([robot.limits.max_speed for robot in robots])
         accelerations = np.array([robot.limits.max_acceleration for robot in robots])
         self._speeds = speeds
-        return self.peer.begin(Team(radii, speeds, accelerations, self._period, self._walls), self._margins[members])
+        self._crowd: Crowd = self.peer.begin(
+            Team(radii, speeds, accelerations, self._period, self._walls), self._margins[members]
+        )
 
     def _follow(self, now: float) -> None:
         """Set the targets and speed limits of the robots that follow paths."""
@@ -225,9 +236,10 @@ class PeerDecider:
     def decide(self, now: float) -> Decisions:
         self._follow(now)
         before, states = perf_counter(), self.states
+        if not states.present.any():
+            return Decisions({}, {})
         if not np.array_equal(self._members, states.present):
-            self._members = states.present.copy()
-            self._crowd = self._begin(self._members)
+            self._begin(states.present)
         here = np.flatnonzero(self._members).tolist()
         limits, each = [self._limits[k] for k in here], [states.state(k) for k in here]
         preferred = np.array(

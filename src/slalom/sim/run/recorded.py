@@ -39,20 +39,21 @@ class Recorded(NamedTuple):
 
 
 def recorded(recording: Recording) -> Recorded:
-    """Return the scenario of a recording, the method of its robots, and its steps.
+    """Return the scenario of a recording, the method of its robots, and its steps; of one robot from its appearance on.
 
     Raises:
         InvalidInput: a run without a step.
     """
+    if len(recording.shapes) == 1:
+        recording = recording.only()
     count = len(recording.accelerations)
     if not count:
         raise InvalidInput("recording: expected a run with at least one step, found a robot that starts at its goal")
     settings = {name: value for name, value in recording.settings.items() if name in SETTINGS}
     notes = [] if settings else ["The file states no settings: horizon, margin and holds are the default ones."]
-    robots = tuple(
-        Robot(shape, limits, State(recording.positions[0, k], recording.velocities[0, k]), goal, f"robot {k}")
-        for k, (shape, limits, goal) in enumerate(zip(recording.shapes, recording.limits, recording.goals))
-    )
+    later = {k: t for k, t in enumerate(recording.appears.tolist()) if t > recording.times[0]}
+    parts = zip(recording.shapes, recording.limits, _first_states(recording), recording.goals)
+    robots = tuple(Robot(*each, f"robot {k}", appears=later.get(k)) for k, each in enumerate(parts))
     scenario = Scenario(
         recording.scenario,
         robots,
@@ -78,6 +79,12 @@ def recorded(recording: Recording) -> Recorded:
     found, more = method_of(recording)
     end = last_state(recording.positions[-1], recording.velocities[-1])
     return Recorded(scenario, found, recording.method, steps, end, recording.arrived, (*notes, *more), recording.seed)
+
+
+def _first_states(recording: Recording) -> list[State]:
+    """Return the state of each robot as it appears, at rest at its place if it does not."""
+    rows = [min(recording.steps_of(k).start, len(recording.accelerations)) for k in range(len(recording.shapes))]
+    return [State(recording.positions[row, k], recording.velocities[row, k]) for k, row in enumerate(rows)]
 
 
 def last_state(positions: Array, velocities: Array) -> Step:

@@ -25,6 +25,7 @@ from slalom.decision.objective import Objective
 from slalom.kernels.arrays import Indices
 from slalom.peers import Peer, contender
 from slalom.sim.measure.recording import Recording, RunLog, RunSummary, Step
+from slalom.sim.run.appearance import let_appear
 from slalom.sim.run.deciders import Decider, Decisions, FleetDecider, PeerDecider, SingleRobotDecider
 from slalom.sim.scenario import Scenario
 
@@ -155,6 +156,7 @@ class Run:
                 break
             made = Decisions({}, {})
             if k % scenario.steps_per_decision == 0:
+                let_appear(decider, now)
                 made = decider.decide(now)
             acceleration = decider.accelerations(now, dt)
             log.count += 1
@@ -172,7 +174,8 @@ class Run:
         states = self.decider.states
         rows = self._rows
         d = self.log.scenario.dimension
-        self.log.end(states.position[rows, :d], states.velocity[rows, :d], states.arrived[rows])
+        times = states.arrived[rows], states.appeared[rows]
+        self.log.end(states.position[rows, :d], states.velocity[rows, :d], *times)
 
 
 def _decider_and_rows(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.base.tolerances import ARRIVAL_FILTER
+from slalom.base.tolerances import ARRIVAL_FILTER, WHOLE_COUNT
 from slalom.decision.methods import Method
 from slalom.fleet.guidance import ARRIVAL_LOST
 from slalom.fleet.observation import Information
@@ -43,6 +43,8 @@ class RobotStates:
             kernels share these arrays, so they change in place.
         arrived: (n,) [s] absolute time of arrival, inf before it.
         present: (n,) whether a robot is in the scene. A robot that passes its goal without a stop leaves it there.
+        appeared: (n,) [s] absolute time from which a robot is in the scene, inf before it (see `appearance`). Until
+            then it rests at its place.
         arrivals_are_final: whether a robot counts as arrived for good. Otherwise its arrival is lost at ARRIVAL_LOST
             times the tolerance from its goal: guidance moves robots away from their goals to let others pass.
     """
@@ -57,7 +59,11 @@ class RobotStates:
         self.velocity = _in_space(np.array([robot.state.velocity for robot in robots]))
         self.acceleration = _in_space(np.array([robot.state.acceleration for robot in robots]))
         self.arrived = np.full(n, np.inf)
-        self.present = np.ones(n, np.bool_)
+        self.appeared = np.full(n, scenario.start)
+        later = np.flatnonzero(scenario.appearances > scenario.start)
+        self.appeared[later] = np.inf
+        self.present = np.isfinite(self.appeared)
+        self.velocity[later], self.acceleration[later] = 0.0, 0.0
         self._goal = _in_space(np.array([robot.goal.position(scenario.start) for robot in robots]))
         self._tolerance = np.array([robot.goal.tolerance for robot in robots])
         self._passes = np.array([not robot.goal.stop for robot in robots])
@@ -68,6 +74,19 @@ class RobotStates:
         """The state of robot k."""
         d = self.dimension
         return State(self.position[k, :d], self.velocity[k, :d], self.acceleration[k, :d])
+
+    def due(self, now: float) -> list[int]:
+        """The robots whose time to appear has come at `now` [s], those that wait longest first, then by name."""
+        waiting = [(self.robots[k], k) for k in np.flatnonzero(np.isinf(self.appeared)).tolist()]
+        last = now + WHOLE_COUNT * max(1.0, abs(now))
+        found = [(robot.appears, robot.name, k) for robot, k in waiting if robot.appears is not None]
+        return [k for appears, _, k in sorted(found) if appears <= last]
+
+    def appear(self, k: int, now: float) -> None:
+        """Let robot k be in the scene from `now` [s], in its initial state."""
+        first, d = self.robots[k].state, self.dimension
+        self.velocity[k, :d], self.acceleration[k, :d] = first.velocity, first.acceleration
+        self.appeared[k], self.present[k] = now, True
 
     def goals(self, now: float) -> Array:
         """The positions (n, 3) [m] of all goals at `now` [s]; always the same array, changed in place."""
@@ -117,7 +136,9 @@ class RobotStates:
 
     def stop_departed(self, acceleration: Array, duration: float) -> Array:
         """The accelerations (n, 3) [m/s^2], changed to stop robots outside the scene within `duration` [s]."""
-        acceleration[~self.present] = -self.velocity[~self.present] / duration
+        left = ~self.present & np.isfinite(self.appeared)
+        acceleration[left] = -self.velocity[left] / duration
+        acceleration[np.isinf(self.appeared)] = 0.0
         return acceleration
 
 
