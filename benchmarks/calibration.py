@@ -9,8 +9,8 @@ over 1, 2, 4, 8, 16 and 40 observed steps, but at least over 0.25 s. `slalom.Cal
 time has come.
 
 Errors count once the recording has run 5 s longer than the prediction time. Rows with fewer than POOLED errors are
-judged together, in the last row. Beside the radius stands that of a constant velocity with a constant uncertainty of
-0.2 m/s times the prediction time.
+judged together. The last rows have each prediction time of several recordings, over all of their errors. Beside the
+radius stands that of a constant velocity with a constant uncertainty of 0.2 m/s times the prediction time.
 """
 
 import argparse
@@ -60,6 +60,12 @@ def main() -> None:
         if count:
             held = sum(row["held"] for row in few)
             print(f"{f'pooled, of fewer than {POOLED}':42} {'':8} {confidence:8.2f} {held / count:8.3f} {count:8}")
+        for lead in sorted({round(row["lead"], 6) for row in rows}):
+            same = [row for row in rows if row["promised"] == confidence and abs(row["lead"] - lead) < 1e-6]
+            count, held = (sum(row[key] for row in same) for key in ("errors", "held"))
+            if count and len(same) > 1:
+                name = f"pooled, of {len(same)} recordings"
+                print(f"{name:42} {lead:8.2f} {confidence:8.2f} {held / count:8.3f} {count:8}")
     write("calibration", {"rows": rows}, arguments.out)
     if arguments.markdown:
         print("\n".join(markdown(rows, arguments.confidence)))

@@ -1,7 +1,8 @@
 """Crossing recorded traffic: every task of a tasks.json, at a level of foresight.
 
 usage: python benchmarks/crossings.py DATA_DIR [--foresight recorded] [--out RESULT.json] [--jobs N]
-       [--method nao_ahead]
+       [--method nao_ahead] [--take 3] [--settings share=0.3 ...] [--outcomes TABLE.csv --column NAME]
+       python benchmarks/crossings.py --leave-out TABLE.csv
 
 DATA_DIR contains tasks.json: per recording a file of tracks, the radii and limits of a robot, and tasks. A task has a
 start, a goal and a time. Recorded agents do not react.
@@ -13,11 +14,18 @@ recording: safe and arrived, collided, limit violations, the least clearance, an
 All parameters follow from the limits alone. Let v be the maximum speed and a the largest acceleration. The robot
 decides every v / (10 a), a tenth of the time from rest to maximum speed. The simulation takes five steps in that time.
 The margin is 5 mm where the future is known and 0.1 m where it is predicted.
+
+`--settings` are those of `slalom.FromModels`. `--outcomes` adds a column to a table with a line for each task: safe,
+collided or late. `--leave-out` chooses among the columns, for each recording from the tasks of all others: the fewest
+collided, then the most safe, then the first. It prints what the choice has on the recordings left out.
 """
 
 import argparse
+import csv
 import json
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -28,7 +36,7 @@ from machine import describe, replace_text
 from rich.console import Console
 from rich.progress import track
 
-from slalom import FORESIGHTS, Ball, Disc, Goal, Limits, Method, Obstacle, State, Stationary, method
+from slalom import FORESIGHTS, Ball, Disc, FromModels, Goal, Limits, Method, Obstacle, State, Stationary, method
 from slalom.io.formats import read_recording
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.sim import Recording, Robot, Scenario, simulate
@@ -42,15 +50,28 @@ DECISIONS, STEPS, SAMPLES = 10, 5, 40
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("data", type=Path)
+    parser.add_argument("data", type=Path, nargs="?")
+    parser.add_argument("--leave-out", type=Path)
     parser.add_argument("--foresight", choices=list(FORESIGHTS), default="recorded")
     parser.add_argument("--method", default="nao_ahead")
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--take", type=int, help="only the first tasks of each recording")
+    parser.add_argument("--settings", nargs="*", default=[], help="of FromModels, as share=0.3")
+    parser.add_argument("--outcomes", type=Path)
+    parser.add_argument("--column", default="default", help="of the table of outcomes")
     arguments = parser.parse_args()
+    if arguments.leave_out is not None:
+        print("\n".join(left_out(read_outcomes(arguments.leave_out))))
+        return
+    if arguments.data is None:
+        parser.error("expected DATA_DIR or --leave-out TABLE.csv")
     chosen = method(arguments.method).with_foresight(arguments.foresight)
+    if arguments.settings:
+        settings = {key: json.loads(value) for key, value in (one.split("=") for one in arguments.settings)}
+        chosen = replace(chosen, forecast=FromModels(**settings))
     recordings = json.loads((arguments.data / "tasks.json").read_text())
-    work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"]]
+    work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"][: arguments.take]]
     runs = Parallel(n_jobs=arguments.jobs, return_as="generator")(
         delayed(crossed)(arguments.data, entry, task, chosen) for _, entry, task in work
     )
@@ -67,6 +88,8 @@ def main() -> None:
             replace_text(arguments.out.with_suffix(".runs.json"), json.dumps({"parameters": about, "runs": facts}))
     for line in table(results):
         print(line)
+    if arguments.outcomes is not None:
+        add_outcomes(arguments.outcomes, arguments.column, results)
 
 
 def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> dict[str, Any]:
@@ -162,6 +185,58 @@ def table(results: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
             f"{sum(run['over'] for run in runs):11d} {clearance:9.3f} {np.median(spent):9.0f} "
             f"{np.quantile(spent, 0.99):7.0f} {spent.max():7.0f}"
         )
+
+
+Outcomes = dict[tuple[str, str], dict[str, str]]
+"""Of each recording and task: the outcome in each column."""
+
+
+def read_outcomes(file: Path) -> Outcomes:
+    with file.open(newline="") as rows:
+        return {(row.pop("recording"), row.pop("task")): row for row in csv.DictReader(rows)}
+
+
+def add_outcomes(file: Path, column: str, results: dict[str, list[dict[str, Any]]]) -> None:
+    """Write the outcomes of a run into a column of the table; a task without a run has none in it."""
+    outcomes = read_outcomes(file) if file.exists() else {}
+    for name, runs in results.items():
+        for run in runs:
+            outcome = "collided" if run["collided"] else "safe" if run["arrived"] else "late"
+            outcomes.setdefault((name, run["task"]), {})[column] = outcome
+    columns = list(dict.fromkeys(key for row in outcomes.values() for key in row))
+    with file.open("w", newline="") as rows:
+        writer = csv.writer(rows, lineterminator="\n")
+        writer.writerow(["recording", "task", *columns])
+        writer.writerows([*key, *(row.get(column, "") for column in columns)] for key, row in outcomes.items())
+
+
+def left_out(outcomes: Outcomes) -> Iterator[str]:
+    """A line for each recording with the column chosen without it, and lines for all and for each column alone.
+
+    Tasks count that have an outcome in every column.
+    """
+    outcomes = {key: row for key, row in outcomes.items() if all(row.values())}
+    columns, recordings = list(next(iter(outcomes.values()))), dict.fromkeys(name for name, _ in outcomes)
+
+    def counted(column: str, names: set[str]) -> Counter[str]:
+        return Counter(row[column] for (name, _), row in outcomes.items() if name in names)
+
+    found: Counter[str] = Counter()
+    for name in recordings:
+        others = {column: counted(column, set(recordings) - {name}) for column in columns}
+        best = min(columns, key=lambda column: (others[column]["collided"], -others[column]["safe"]))
+        own = counted(best, {name})
+        found += own
+        yield f"{name:28} {best:30} {verdict(own)}"
+    yield f"{'all, left out in turn':59} {verdict(found)}"
+    for column in columns:
+        yield f"{'all':28} {column:30} {verdict(counted(column, set(recordings)))}"
+
+
+def verdict(counts: Counter[str]) -> str:
+    return (
+        f"safe {counts['safe']:4d} of {counts.total():4d}, collided {counts['collided']:3d}, late {counts['late']:3d}"
+    )
 
 
 if __name__ == "__main__":

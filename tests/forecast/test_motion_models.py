@@ -85,7 +85,10 @@ def test_constant_velocity_is_predicted_exactly(d: int) -> None:
 
 @pytest.mark.parametrize("kind", ["turn", "acceleration", "late turn"])
 def test_the_model_that_fits_is_found(kind: str) -> None:
-    """Constant turn and acceleration, and a turn after a straight: far nearer than at constant velocity."""
+    """Constant turn and acceleration, and a turn after a straight: in half the error of a constant velocity.
+
+    A third of this time ahead the predicted acceleration lasts.
+    """
     turned = 0.5 * np.maximum(STAMPS - (4.0 if kind == "late turn" else 0.0), 0.0)
     headings = np.stack([np.cos(turned), np.sin(turned)], axis=1)
     speeds = 5.0 + (1.0 if kind == "acceleration" else 0.0) * STAMPS
@@ -97,7 +100,7 @@ def test_the_model_that_fits_is_found(kind: str) -> None:
         np.linalg.norm(motion.position(later) - track.position(later))
         for motion in (FromModels()(track, now), straight)
     ]
-    assert errors[0] < 0.35 * errors[1]
+    assert errors[0] < 0.5 * errors[1]
 
 
 def test_the_radius_is_a_share_of_past_errors() -> None:

@@ -7,6 +7,7 @@ for curves to INTERPOLATION.
 from dataclasses import fields, replace
 from functools import cache
 from itertools import pairwise
+from random import Random
 
 import mpmath
 import numpy as np
@@ -29,7 +30,19 @@ from parts import (
     mapped,
     served,
 )
-from strategies import KINDS, Scene, controls, dimensions, directions, numbers, scenes, states, turns, vectors
+from strategies import (
+    KINDS,
+    Scene,
+    controls,
+    dimensions,
+    directions,
+    numbers,
+    scenes,
+    states,
+    trajectories,
+    turns,
+    vectors,
+)
 
 import slalom
 from slalom import (
@@ -66,6 +79,7 @@ from slalom import (
 )
 from slalom.base.tolerances import ADMISSIBLE, CERTIFIED, CLEARANCE, CONTACT, INTERPOLATION, TIME
 from slalom.model.path import hermite
+from slalom.model.trajectory.kinds import positions_of
 
 BOUNDARY = 5e-6
 """[m] Nearer to contact than this, laws that ask yes or no are not asked."""
@@ -346,6 +360,17 @@ def test_trajectory_has_the_shape_of_the_times(track, d: int) -> None:
     for shape in ((), (4,), (2, 3)):
         for function in (track.position, track.velocity, track.acceleration):
             assert function(np.full(shape, 0.3)).shape == (*shape, d)
+
+
+@given(
+    dimensions.flatmap(lambda d: st.lists(trajectories(d), min_size=1, max_size=5)), st.randoms(use_true_random=False)
+)
+def test_positions_of_several_tracks_are_those_of_each(tracks: list[Trajectory], rng: Random) -> None:
+    """To the bit."""
+    spans = [np.clip(track.span, -50.0, 50.0) for track in tracks]
+    times = np.array([[rng.uniform(*span) for _ in range(6)] for span in spans])
+    expected = [track.position(own) for track, own in zip(tracks, times, strict=True)]
+    np.testing.assert_array_equal(positions_of(tracks, times), expected)
 
 
 def test_sampled_raises_outside_its_span() -> None:

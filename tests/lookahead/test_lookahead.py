@@ -21,6 +21,7 @@ from slalom import (
     METHODS,
     AccelerateThenCoast,
     AccelerationSequence,
+    BoundedError,
     ConstantVelocity,
     Decision,
     Disc,
@@ -40,8 +41,9 @@ from slalom import (
     method,
 )
 from slalom.base.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK
-from slalom.lookahead.navigator import MARGIN_SHARES
+from slalom.lookahead.navigator import FORESEEN, MARGIN_SHARES, motions_of
 from slalom.lookahead.search import PredictedObstacles
+from slalom.model.uncertainty import Scaled
 from slalom.obstacle.pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
@@ -881,6 +883,37 @@ def test_a_table_serves_for_what_it_was_made_of() -> None:
     assert not PredictedObstacles.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).covers(world, 2.0, 10.0)
     assert table.known_at(3.0) == np.inf
     assert PredictedObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, include_future=False).known_at(3.0) == 3.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+@each_dimension
+def test_a_share_of_the_uncertainty_is_a_table_of_that_share(d: int, seed: int) -> None:
+    """Of tables made with the whole and with that share, at any position and time of straight motions."""
+    rng = np.random.default_rng([seed, d])
+    whole = [
+        Obstacle(
+            disc_or_ball(0.4, d),
+            ConstantVelocity(rng.uniform(-5.0, 5.0, d), rng.normal(size=d)),
+            uncertainty=BoundedError(*rng.uniform(0.0, 0.3, 3)) if k % 3 else None,
+        )
+        for k in range(7)
+    ]
+    robot, share = disc_or_ball(0.3, d), float(rng.uniform(0.0, 1.0))
+    parts = [replace(one, uncertainty=one.uncertainty and Scaled(one.uncertainty, share)) for one in whole]
+    table, of_share = (PredictedObstacles.of(None, some, robot, 2.0, 8.0, 1.3) for some in (whole, parts))
+    found = table.with_share(whole, 2.0, share)
+    for place, now in zip(rng.uniform(-6.0, 6.0, (40, d)), rng.uniform(2.0, 8.0, 40)):
+        assert found.clearance(place, float(now)) == pytest.approx(of_share.clearance(place, float(now)), abs=ROUNDING)
+    np.testing.assert_allclose(found.index.bounding_radius, of_share.index.bounding_radius)
+
+
+def test_of_many_observed_obstacles_the_nearest_and_those_at_rest_count() -> None:
+    walkers = [Obstacle(Disc(0.2), Sampled([0.0, 9.0], [(k, 1.0), (k, 9.0)]), f"{k}") for k in range(FORESEEN + 20)]
+    world = [*walkers[:30], Obstacle(Disc(0.2), Stationary((500.0, 0.0)), "rock"), *walkers[30:]]
+    robot = Navigator(method("nao_ahead@observed"), Disc(0.2), Limits(1.0, 1.0))
+    names = [motion.name for motion in motions_of(robot, world, 5.0, np.array([-3.0, 0.0]))]
+    assert names == [*(f"{k}" for k in range(30)), "rock", *(f"{k}" for k in range(30, FORESEEN))]
+    assert len(motions_of(robot, world, 5.0)) == len(world)
 
 
 def test_arranging_before_the_first_decision_changes_nothing() -> None:

@@ -38,7 +38,7 @@ MODEL_CHECKS: Final = (0, 2, 4, 6, 8, 10, 14, 18, 24)
 Earlier ones: a model that was good once stays longer. Fewer: weights jump with single errors.
 """
 
-MODEL_SHARPNESS: Final = 4.0
+MODEL_SHARPNESS: Final = 6.0
 """[1] Power of the past error in the weight of a motion model.
 
 Larger: the best model alone counts. Smaller: bad models pull the mean.
@@ -50,10 +50,10 @@ LEAST_FUTURE: Final = 0.02
 Larger: rare motions bend the likely ones. Smaller: more futures that hardly ever happen.
 """
 
-MODEL_PRIOR: Final = (0.1, 0.11, 0.13)
-"""[1] Error of motion models before any is known, as a share of the way: of the first, other straight ones, the rest.
+MODEL_PRIOR: Final = 0.12
+"""[1] Error of a motion model before any is known, as a share of the way.
 
-Larger: tracks that have just appeared get larger radii. More equal: their turns are predicted from a few positions.
+Larger: tracks that have just appeared get larger radii, and their models equal weights. Smaller: the reverse.
 """
 
 MODEL_KNOTS: Final = (0, 4, 8, 14, 22, 32, 45, 60)
@@ -71,12 +71,7 @@ class _Model(NamedTuple):
     turns: bool = False  # whether the speed and the turn rate last instead
 
 
-_BANK: Final = (
-    *(_Model(samples) for samples in (3, 1, 10)),
-    *(_Model(5, hold) for hold in (2.5, 5.0, 10.0)),
-    *(_Model(samples, turns=True) for samples in (5, 15)),
-)
-_PRIORS = np.array([MODEL_PRIOR[0]] + [MODEL_PRIOR[1]] * 2 + [MODEL_PRIOR[2]] * 5)
+_BANK: Final = (_Model(3), _Model(5, hold=5.0), _Model(5, turns=True))
 _TURNS = np.array([model.turns for model in _BANK])
 _HOLDS = np.array([model.hold for model in _BANK])
 _ORDERS = tuple(2 if model.turns or model.hold else 1 for model in _BANK)
@@ -139,25 +134,27 @@ def continued(positions: Array, most: int, later: Array, more: FurtherModel | No
         unsure = more.variance + (more.error[:, None] / MODEL_LEAD * np.maximum(MODEL_KNOTS, 1)) ** 2
         part = (more.weight * apart / np.maximum(apart + unsure, tiny))[:, None, :, None]
         moved, velocities = moved + part * (more.moved - moved), velocities + part * (more.velocities - velocities)
+    means = [np.einsum("nm,nmkd->nkd", weights, values) for values in (moved, velocities)]
     found = []
-    for k, least in enumerate(leasts.tolist()):
+    for k, (least, place, velocity) in enumerate(zip(leasts.tolist(), *means, strict=True)):
         groups: list[list[int]] = []
         if most > 1:
             places = _moved(fitted[k][:, :1], fitted[k][:, 1:], later[k : k + 1])[0][:, 0]
             if more is not None:
-                place = [np.interp(later[k], MODEL_KNOTS, axis) for axis in more.moved[k, 0].T]
-                places = np.concatenate([places, [place]])
+                there = [np.interp(later[k], MODEL_KNOTS, axis) for axis in more.moved[k, 0].T]
+                places = np.concatenate([places, [there]])
             groups = _grouped(places, weights[k], most, least * (later[k] / MODEL_LEAD) ** 2)
-        found.append(_means(weights[k], moved[k], velocities[k], least, groups))
+        if len(groups) > 1:
+            found.append(_means(weights[k], moved[k], velocities[k], least, groups))
+        else:
+            found.append([Continuation(place, velocity, least)])
     return found
 
 
 def _means(
     weights: Array, moved: Array, velocities: Array, least: float, groups: list[list[int]]
 ) -> list[Continuation]:
-    """The mean of the models (m,) in each group; of all if there is at most one group."""
-    if len(groups) <= 1:
-        return [Continuation(_mean(weights, moved), _mean(weights, velocities), least)]
+    """The mean of the models (m,) in each of several groups."""
     sums = [float(weights[group].sum()) for group in groups]
     shares = [weights[group] / total for group, total in zip(groups, sums)]
     # All of them, with rounding, are 1 together.
@@ -191,10 +188,10 @@ def _grouped(places: Array, weights: Array, most: int, apart: float) -> list[lis
 def _past_errors(positions: Array, fits: _Fits) -> Array:
     """Mean error (n, m) [m] over MODEL_LEAD spacings at the checks, with a prior that counts as one check."""
     k = min(positions.shape[1] - 1, 5)
-    speeds = np.array([float(np.linalg.norm(track[0] - track[k])) / k for track in positions])
-    prior = _PRIORS * speeds[:, None] * MODEL_LEAD
+    speeds = np.linalg.norm(positions[:, 0] - positions[:, k], axis=1) / k
+    prior = np.repeat(MODEL_PRIOR * MODEL_LEAD * speeds[:, None], len(_BANK), axis=1)
     if not len(fits.checks):
-        return np.asarray(prior)
+        return prior
     fitted = fits.then @ positions[:, None, None]
     moved, _ = _moved(fitted[..., 0, :], fitted[..., 1, :], np.array([MODEL_LEAD]))
     then, since = positions[:, None, fits.checks + MODEL_LEAD], positions[:, None, fits.checks]
@@ -420,8 +417,8 @@ Larger: noise of the first positions enters. Smaller: no acceleration is fitted 
 class FromModels:
     """The mean of several motion models, weighted by how well each predicted this obstacle so far.
 
-    The models are constant velocities, accelerations that last a while, and constant turns, fitted to several numbers
-    of past positions. Each is tried on the past: it predicts MODEL_LEAD spacings ahead of several earlier moments. Its
+    The models are a constant velocity, an acceleration that lasts a while, and a constant turn, fitted to the newest
+    positions. Each is tried on the past: it predicts MODEL_LEAD spacings ahead of several earlier moments. Its
     weight is its mean error to the power of -MODEL_SHARPNESS. All times are multiples of the spacing of the track. For
     a `Sampled` trajectory that is the median spacing of the newest samples, else PAST_SPACING.
 
@@ -588,7 +585,7 @@ def _similar(pasts: Sequence[_Past], now: float, known: tuple[Trajectory, ...], 
         found[rows] = motions.displacements(places[rows], velocities[rows], knots)
         each = motions.past_errors([pasts[k].track for k in rows.tolist()], MODEL_LEAD, MODEL_CHECKS)
         for k, errors in zip(rows, each):
-            prior = MODEL_PRIOR[2] * MODEL_LEAD * float(np.linalg.norm(velocities[k]))
+            prior = MODEL_PRIOR * MODEL_LEAD * float(np.linalg.norm(velocities[k]))
             error[k] = (sum(errors) + prior) / (len(errors) + 1)
     moved = found[:, None, :, :d]
     return FurtherModel(

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.checks import duration, has, not_negative, number, or_infinite, positive
+from slalom.base.checks import Array, duration, has, not_negative, number, or_infinite, positive
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
 from slalom.choice.control_obstacle import ControlObstacle
@@ -130,10 +130,34 @@ def interval_of(navigator: Navigator) -> float:
     return max(rise_of(navigator), navigator.period)
 
 
-def motions_of(navigator: Navigator, obstacles: Sequence[Obstacle], now: float) -> list[Obstacle]:
-    """Obstacles that count at `now` [s], on their predicted trajectories."""
+FORESEEN: Final = 48
+"""[1] Moving obstacles nearest to a robot that it predicts from their past: a bound on the work of a decision.
+
+More: slower decisions in dense crowds. Fewer: those that come from farther away are seen late.
+"""
+
+
+def motions_of(
+    navigator: Navigator, obstacles: Sequence[Obstacle], now: float, place: Array | None = None
+) -> list[Obstacle]:
+    """Obstacles that count at `now` [s], on their predicted trajectories, for a robot at `place` (d,) [m].
+
+    Where the forecast is `FromModels`, those at rest and the FORESEEN nearest of the others; without a place all.
+    """
     forecast, rise = navigator.method.forecast, rise_of(navigator)
     there = [k for k, o in enumerate(obstacles) if forecast.includes_future or o.exists(now)]
+    if place is not None and isinstance(forecast, FromModels) and len(there) > FORESEEN:
+        known = [obstacles[k].known_at(now) for k in there]
+        gaps = np.array(
+            [
+                -np.inf
+                if isinstance(one.trajectory, Stationary)
+                else np.linalg.norm(one.trajectory.position(now) - place) - one.shape.bounding_radius
+                for one in known
+            ]
+        )
+        rests = int(np.isneginf(gaps).sum())
+        there = [there[k] for k in np.sort(np.argsort(gaps, kind="stable")[: rests + FORESEEN]).tolist()]
     each = futures(obstacles, forecast, now, there, rise)
     return [motion for motions in each for motion in motions]
 
@@ -441,7 +465,7 @@ class LookAhead:
         before = previous if isinstance(previous, SequenceDecision) else None
         same_dimension(self.navigator.robot.dimension, state.dimension, "robot", "state")
         one_by_one = each_for_one(obstacles, state.dimension, now)
-        motions = motions_of(self.navigator, one_by_one, now)
+        motions = motions_of(self.navigator, one_by_one, now, state.position)
         tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
         table = self._prediction(one_by_one, motions, now, tables)
         scene = Scene(
@@ -481,8 +505,10 @@ class LookAhead:
         return PredictedObstacles.of(None, motions, navigator.robot, now, latest, step)
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
-        """Copy whose decisions reuse a table built now for exactly these obstacles."""
-        return replace(self, prepared=self._prediction(obstacles, motions_of(self.navigator, obstacles, now), now, ()))
+        """Copy whose decisions reuse a table built now for exactly these obstacles; itself where none would serve."""
+        if not isinstance(self.navigator.method.forecast, EXACT):
+            return self
+        return replace(self, prepared=self._prediction(obstacles, obstacles, now, ()))
 
     def _deadline(self, now: float) -> float:
         return min(self.deadline, now + self.time_horizon)

@@ -48,7 +48,7 @@ class PredictedObstacles:
     Attributes:
         obstacles: the sequence that the table was built for, if it serves more than one decision; else None.
         includes_future: whether obstacles that appear later are known now.
-        index: the table. owner: (n,) the obstacle of each of its rows.
+        index: the table. owner: (n,) the obstacle of each of its rows, in order.
     """
 
     obstacles: Sequence[Obstacle] | None
@@ -82,11 +82,11 @@ class PredictedObstacles:
 
     def with_share(self, predictions: Sequence[Obstacle], decided: float, share: float) -> "PredictedObstacles":
         """The table with a `share` [1] of the uncertainty of the predictions, made at `decided` [s], that it is of."""
-        index, radii = self.index, np.zeros(self.index.times.shape)
-        for k, obstacle in enumerate(predictions):
+        index, since = self.index, self.index.times - decided
+        radii, ends = np.zeros(since.shape), np.searchsorted(self.owner, np.arange(len(predictions) + 1)).tolist()
+        for obstacle, begin, end in zip(predictions, ends[:-1], ends[1:], strict=True):
             if obstacle.uncertainty is not None:
-                rows = self.owner == k
-                radii[rows] = obstacle.uncertainty.radius(index.times[rows] - decided, obstacle.dimension)
+                radii[begin:end] = obstacle.uncertainty.radius(since[begin:end], obstacle.dimension)
         less = (1.0 - share) * radii[:, 0]
         grown = (1.0 - share) * (radii[:, 1] - radii[:, 0])
         largest = index.bounding_radius - less - np.maximum(index.growth, 0.0) + np.maximum(index.growth - grown, 0.0)
