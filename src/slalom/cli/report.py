@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from slalom.sim.sweep.tables import count, decimal, failures, metric_text, printed, scenario_text, yes
 
 if TYPE_CHECKING:
@@ -101,12 +99,13 @@ def _appearances(recording: "Recording") -> str:
     """Return how many robots appeared after the start, waited for their place, and did not appear; "" for none."""
     if not len(recording.appears):
         return ""
-    waited = recording.appeared - recording.appears
+    waits = (recording.appeared - recording.appears).tolist()
     # Robots appear at decisions: less than the time between these is no waiting.
-    late = waited[np.isfinite(waited) & (waited > max(recording.dt, recording.settings.get("replan", 0.0)))]
-    missing, later = int(np.isinf(waited).sum()), int((recording.appears > recording.times[0]).sum())
+    shortest = max(recording.dt, recording.settings.get("replan", 0.0))
+    late = [wait for wait in waits if shortest < wait < float("inf")]
+    missing, later = waits.count(float("inf")), int((recording.appears > recording.times[0]).sum())
     parts = [f"{later} after the start"] if later else []
-    parts += [f"{len(late)} waited for their place, at most {late.max():.1f} s"] if len(late) else []
+    parts += [f"{len(late)} waited for their place, at most {max(late):.1f} s"] if late else []
     return ", ".join([*parts, *([f"{missing} did not appear"] if missing else [])])
 
 
