@@ -38,7 +38,7 @@ GUIDED_ROBOTS_PER_THREAD: Final = 250
 Smaller: threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target.
 """
 
-SEARCHES_PER_THREAD: Final = 20
+SEARCHES_PER_THREAD: Final = 4
 """[1] Fewest robots whose searches for waypoints are worth a thread: one search takes 3 us to several ms.
 
 Smaller: threads take longer to start than their robots to search. Larger: fewer cores are used. It changes no waypoint.
