@@ -228,7 +228,7 @@ HEADS += ["contacts of agents", "contacts with walls", "least clearance m", "age
 HEADS += ["density 1/m2", "least steps/s", "least simulated s/s"]
 METHODS = (
     "nao_shared",
-    "orca:horizon=2:wall_horizon=1",
+    "orca:horizon=0.5:wall_horizon=0.5",
     "CollisionFreeSpeedModelV2",
     f"SocialForceModel{ROUTED}",
 )
