@@ -393,7 +393,7 @@ class Scenario(SharedSettings):
     def appearances(self) -> Array:
         """The times (N,) [s] from which the robots may be in the world; empty if all are there from the start."""
         times = [self.start if robot.appears is None else robot.appears for robot in self.robots]
-        return np.array(times if max(times) > self.start else ())
+        return np.array(times if max(times) > self.start else (), dtype=np.float64)
 
     @property
     def robot(self) -> Robot:

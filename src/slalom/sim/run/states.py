@@ -59,7 +59,7 @@ class RobotStates:
         self.velocity = _in_space(np.array([robot.state.velocity for robot in robots]))
         self.acceleration = _in_space(np.array([robot.state.acceleration for robot in robots]))
         self.arrived = np.full(n, np.inf)
-        self.appeared = np.full(n, scenario.start)
+        self.appeared = np.full(n, scenario.start, dtype=np.float64)
         later = np.flatnonzero(scenario.appearances > scenario.start)
         self.appeared[later] = np.inf
         self.present = np.isfinite(self.appeared)
