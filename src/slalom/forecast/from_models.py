@@ -14,6 +14,7 @@ from slalom.base.checks import Array, NotNegative, check_fields, whole
 from slalom.base.tolerances import LONGEST_FORECAST, REST, SIMILAR_MEMORY, SIMILAR_VELOCITY_SPAN, WHOLE_COUNT
 from slalom.kernels.arrays import Indices, TrackSamples
 from slalom.model.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Stationary, Trajectory
+from slalom.model.trajectory.composite import part_until
 from slalom.model.trajectory.kinds import positions_of
 from slalom.model.uncertainty import BoundedError
 
@@ -351,7 +352,8 @@ class _Samples:
         offset = self._end - self._begin
         for (first, last), some in parts.items():
             each = np.broadcast_to(times[first:last], (len(some), last - first))
-            self._positions[some, offset + first : offset + last] = positions_of([self._tracks[k] for k in some], each)
+            tracks = [part_until(self._tracks[k], float(times[last - 1])) for k in some]
+            self._positions[some, offset + first : offset + last] = positions_of(tracks, each)
             fresh = [k for k in some if self._last[k] < self._first[k]]
             self._first[fresh], self._last[some] = offset + first, offset + last - 1
         ways = np.linalg.norm(np.diff(self._positions[:, max(offset - 1, 0) : offset + len(steps)], axis=1), axis=2)
@@ -531,7 +533,7 @@ def _ahead(
         tracks = [trajectories[k] for k, _, _ in some]
         firsts = np.array([track.span[0] for track in tracks])
         times = np.maximum(now - spacings[:, None] * np.arange(count + 1), firsts[:, None])
-        positions = positions_of(tracks, times)
+        positions = positions_of([part_until(track, now) for track in tracks], times)
         ways = np.abs(positions[:, : MODEL_LEAD + 1] - positions[:, :1]).max(axis=(1, 2))
         for (k, spacing, usual), track, own, way in zip(some, tracks, positions, ways.tolist(), strict=True):
             if way > REST * MODEL_LEAD * spacing:

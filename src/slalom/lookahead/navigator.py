@@ -32,6 +32,8 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenCoast
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
+from slalom.model.trajectory.composite import part_until
+from slalom.model.trajectory.kinds import positions_of
 from slalom.model.uncertainty import Scaled
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
@@ -75,10 +77,15 @@ class Scene(NamedTuple):
 
     def with_doubt(self, share: float) -> "Scene":
         """The scene with `share` of every uncertainty; the same if none is uncertain."""
-        if share == self.doubt or all(motion.uncertainty is None for motion in self.motions):
+        if share == self.doubt or not self.is_uncertain:
             return self
         part = self.prediction.with_share(self.motions, self.now, share / self.doubt)
         return self._replace(prediction=part, doubt=share)
+
+    @property
+    def is_uncertain(self) -> bool:
+        """Whether any motion is uncertain."""
+        return any(motion.uncertainty is not None for motion in self.motions)
 
     def uncertain(self) -> Sequence[Obstacle]:
         """The motions with the share of their uncertainty that counts."""
@@ -148,16 +155,12 @@ def motions_of(
     there = [k for k, o in enumerate(obstacles) if forecast.includes_future or o.exists(now)]
     if place is not None and isinstance(forecast, FromModels) and len(there) > FORESEEN:
         known = [obstacles[k].known_at(now) for k in there]
-        gaps = np.array(
-            [
-                -np.inf
-                if isinstance(one.trajectory, Stationary)
-                else np.linalg.norm(one.trajectory.position(now) - place) - one.shape.bounding_radius
-                for one in known
-            ]
-        )
-        rests = int(np.isneginf(gaps).sum())
-        there = [there[k] for k in np.sort(np.argsort(gaps, kind="stable")[: rests + FORESEEN]).tolist()]
+        places = positions_of([part_until(one.trajectory, now) for one in known], np.full((len(known), 1), now))[:, 0]
+        gaps = np.linalg.norm(places - place, axis=1) - [one.shape.bounding_radius for one in known]
+        rest = np.array([isinstance(one.trajectory, Stationary) for one in known])
+        gaps[rest] = -np.inf
+        nearest = np.argsort(gaps, kind="stable")[: np.count_nonzero(rest) + FORESEEN]
+        there = [there[k] for k in np.sort(nearest).tolist()]
     each = futures(obstacles, forecast, now, there, rise)
     return [motion for motions in each for motion in motions]
 
@@ -218,30 +221,34 @@ def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
     """
     estimated = isinstance(scene.navigator.method.forecast, FromModels)
     work = Work(budget * (ANEW_BUDGETS if estimated else 1.0), improving)
-    given: list[Level] = []
-    if all(motion.probability == 1.0 for motion in scene.motions):
-        decision = _plan_in(scene, work)
-    else:
-        given = levels(scene.motions)
-        decision = least_given_up(
-            given,
-            lambda level: _plan_in(scene.without(level.given_up), work),
-            scene.navigator.risk,
-            lambda one: time_left(one, scene),
-        )
-    if not estimated:
-        return decision
-    if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
-        return decision if given else _sooner(scene, decision, Work(ANEW_BUDGETS * budget, improving))
+    given = [] if all(motion.probability == 1.0 for motion in scene.motions) else levels(scene.motions)
+    if not estimated or not scene.is_uncertain:
+        return _least_given_up(scene, given, work)
+    if scene.clearance() >= 0.0:
+        decision = _least_given_up(scene, given, work)
+        if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
+            return decision if given else _sooner(scene, decision, Work(ANEW_BUDGETS * budget, improving))
     likely = scene.without(given[-1].given_up) if given else scene
     for doubt in DOUBT_SHARES[1:]:
         part = likely.with_doubt(doubt)
-        if part is likely:
-            break
-        decision = _plan_in(part, work)
-        if decision.outcome.safe:
-            break
+        # A robot in overlap has no safe decision.
+        if part.clearance() >= 0.0 or doubt == DOUBT_SHARES[-1]:
+            decision = _plan_in(part, work)
+            if decision.outcome.safe:
+                break
     return decision
+
+
+def _least_given_up(scene: Scene, given: list[Level], work: Work) -> Decision:
+    """Decision that avoids all motions of a scene, else all but the least probable ones; given: their levels."""
+    if not given:
+        return _plan_in(scene, work)
+    return least_given_up(
+        given,
+        lambda level: _plan_in(scene.without(level.given_up), work),
+        scene.navigator.risk,
+        lambda one: time_left(one, scene),
+    )
 
 
 def _sooner(scene: Scene, decision: Decision, work: Work) -> Decision:
@@ -279,10 +286,10 @@ def _plan_in(scene: Scene, work: Work) -> Decision:
 
 
 def alone(scene: Scene) -> Decision:
-    """Decision of the navigator; in a part of the scene it avoids the motions that this predicts."""
+    """Decision of the navigator; in a part of the scene, and where it is estimated, among the motions of the scene."""
     navigator, method = scene.navigator, replace(scene.navigator.method, looks_ahead=False)
-    around, whole = scene.given, scene.doubt == 1.0
-    if not whole or not all(motion.probability == 1.0 for motion in scene.motions):
+    around, whole, estimated = scene.given, scene.doubt == 1.0, isinstance(method.forecast, FromModels)
+    if estimated or not whole or not all(motion.probability == 1.0 for motion in scene.motions):
         around = [replace(motion, probability=1.0) for motion in scene.uncertain()]
         method = replace(method, forecast=Known())
     without_search = replace(navigator, method=method, margin=scene.doubt * navigator.margin)

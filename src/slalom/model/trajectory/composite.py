@@ -113,6 +113,13 @@ class Composite:
         return _joined([part.path(a, b) for part, a, b in self._pieces(start, end)])
 
 
+def part_until(trajectory: Trajectory, now: float) -> Trajectory:
+    """The trajectory up to `now` [s]: the first part of a composite that has not switched, else the whole."""
+    while isinstance(trajectory, Composite) and now <= trajectory.switches[0]:
+        trajectory = trajectory.parts[0]
+    return trajectory
+
+
 def _joined(paths: list[Path]) -> Path:
     """Concatenation of paths."""
     times = np.concatenate([paths[0].times[:1], *(path.times[1:] for path in paths)])
