@@ -2,7 +2,7 @@
 
 usage: python benchmarks/crossings.py DATA_DIR [--foresight recorded] [--out RESULT.json] [--jobs N]
        [--method nao_ahead] [--take 3] [--settings share=0.3 ...] [--outcomes TABLE.csv --column NAME]
-       python benchmarks/crossings.py --leave-out TABLE.csv
+       python benchmarks/crossings.py --leave-out TABLE.csv [--among NAME ...]
 
 DATA_DIR contains tasks.json: per recording a file of tracks, the radii and limits of a robot, and tasks. A task has a
 start, a goal and a time. Recorded agents do not react.
@@ -52,6 +52,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="?")
     parser.add_argument("--leave-out", type=Path)
+    parser.add_argument("--among", nargs="+", help="the columns to choose from; default: all")
     parser.add_argument("--foresight", choices=list(FORESIGHTS), default="recorded")
     parser.add_argument("--method", default="nao_ahead")
     parser.add_argument("--out", type=Path)
@@ -62,7 +63,7 @@ def main() -> None:
     parser.add_argument("--column", default="default", help="of the table of outcomes")
     arguments = parser.parse_args()
     if arguments.leave_out is not None:
-        print("\n".join(left_out(read_outcomes(arguments.leave_out))))
+        print("\n".join(left_out(read_outcomes(arguments.leave_out), arguments.among)))
         return
     if arguments.data is None:
         parser.error("expected DATA_DIR or --leave-out TABLE.csv")
@@ -210,13 +211,14 @@ def add_outcomes(file: Path, column: str, results: dict[str, list[dict[str, Any]
         writer.writerows([*key, *(row.get(column, "") for column in columns)] for key, row in outcomes.items())
 
 
-def left_out(outcomes: Outcomes) -> Iterator[str]:
+def left_out(outcomes: Outcomes, among: list[str] | None) -> Iterator[str]:
     """A line for each recording with the column chosen without it, and lines for all and for each column alone.
 
-    Tasks count that have an outcome in every column.
+    Tasks count that have an outcome in every column `among` which one is chosen; None: all columns.
     """
-    outcomes = {key: row for key, row in outcomes.items() if all(row.values())}
-    columns, recordings = list(next(iter(outcomes.values()))), dict.fromkeys(name for name, _ in outcomes)
+    columns = among or list(next(iter(outcomes.values())))
+    outcomes = {key: row for key, row in outcomes.items() if all(row[column] for column in columns)}
+    recordings = dict.fromkeys(name for name, _ in outcomes)
 
     def counted(column: str, names: set[str]) -> Counter[str]:
         return Counter(row[column] for (name, _), row in outcomes.items() if name in names)

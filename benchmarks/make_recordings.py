@@ -1,6 +1,6 @@
 """Recordings of further kinds of motion, with crossing tasks that have a known solution.
 
-usage: python benchmarks/make_recordings.py FOLDER [--only NAME ...]
+usage: python benchmarks/make_recordings.py FOLDER [--only NAME ...] [--tasks 6] [--seed 100]
 
 needs: pip install jupedsim==1.4.2 eclipse-sumo==1.28.0 numpy scipy. It needs no slalom.
 
@@ -8,9 +8,10 @@ Pedestrians are simulated by JuPedSim (models of anticipated velocities and of c
 by Eclipse SUMO. Flocks follow the published rules of Reynolds (SIGGRAPH 1987), Vicsek et al. (Physical Review Letters
 75, 1995) and Couzin et al. (Journal of Theoretical Biology 218, 2002). Seeds, densities and speeds stand in RECORDINGS.
 
-The program writes a CSV file (`t,id,x,y[,z][,radius]`) for each recording, and `tasks.json`: TASKS tasks of each for
-`benchmarks/crossings.py`. Of four straight ways at constant speeds at least three collide in each task. Each has a
-witness: a search in breadth over accelerations that are constant for a while, with full knowledge of all motions.
+The program writes a CSV file (`t,id,x,y[,z][,radius]`) for each recording, and `tasks.json`: tasks of each for
+`benchmarks/crossings.py`, drawn from a seed. Of four straight ways at constant speeds at least three collide in each
+task. Each has a witness: a search in breadth over accelerations that are constant for a while, with full knowledge of
+all motions.
 """
 
 import argparse
@@ -27,8 +28,8 @@ import numpy as np
 from scipy.signal import savgol_filter
 from scipy.spatial import cKDTree
 
-TASKS, TRIES, RATE = 6, 400, 10
-"""Tasks of each recording, draws for them, samples a second of the recordings."""
+TRIES, RATE, SEED = 400, 10, 100
+"""Draws for the tasks of a recording, samples a second of the recordings, seed of the tasks of the first one."""
 BEAM, SUBSTEPS = 800, 5
 """States that the search for a witness keeps at each step, and instants of each step that it tests."""
 
@@ -510,16 +511,16 @@ def witness(motions: Motions, t0: float, start: np.ndarray, goal: np.ndarray, of
     return None
 
 
-def tasks_of(name: str, tracks: list[Track], of: Crossing, seed: int) -> list[dict[str, Any]]:
-    """Tasks with a witness, spread over the recording."""
+def tasks_of(name: str, tracks: list[Track], of: Crossing, seed: int, count: int) -> list[dict[str, Any]]:
+    """Up to `count` tasks with a witness, spread over the recording; `name` is that of the draw."""
     rng, motions = np.random.default_rng(seed), Motions(tracks, of.robot)
     horizon = round(1.1 + 4.0 * of.length / of.vmax, 1)
     last = len(motions.places) / RATE - horizon
     found: list[dict[str, Any]] = []
     tried = 0
-    while tried < TRIES and len(found) < TASKS:
+    while tried < TRIES and len(found) < count:
         tried += 1
-        t0 = round(float(rng.uniform(len(found), len(found) + 1) / TASKS * last), 1)
+        t0 = round(float(rng.uniform(len(found), len(found) + 1) / count * last), 1)
         center, angle = np.array(of.center, float), float(rng.choice(of.angles)) + of.turn * rng.uniform(-1, 1)
         offset = rng.uniform(-of.spread, of.spread)
         way = np.array([np.cos(angle), np.sin(angle)])
@@ -561,6 +562,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", nargs="+", choices=list(RECORDINGS), default=list(RECORDINGS))
+    parser.add_argument("--tasks", type=int, default=6, help="of each recording")
+    parser.add_argument("--seed", type=int, default=SEED, help="of the tasks; the recordings stay the same")
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     index = arguments.folder / "tasks.json"
@@ -570,7 +573,8 @@ def main() -> None:
             continue
         tracks = tracks_of(make(), smooth)
         write_tracks(tracks, arguments.folder / f"{name}.csv")
-        tasks = tasks_of(name, tracks, of, 100 + number)
+        draw = name if arguments.seed == SEED else f"{name}#{arguments.seed}"
+        tasks = tasks_of(draw, tracks, of, arguments.seed + number, arguments.tasks)
         entries[name] = {
             "file": f"{name}.csv", "dt": 1.0 / RATE, "robot_radius": of.robot, "agent_radius": of.agent,
             "vmax": of.vmax, "amax": of.amax, "tasks": tasks,

@@ -1,4 +1,4 @@
-"""A robot that looks ahead keeps clear of less of an estimated uncertainty where it then arrives much earlier."""
+"""How much of an estimated uncertainty a robot that looks ahead keeps clear of, and what it pays for it."""
 
 from functools import cache
 
@@ -9,7 +9,7 @@ from draws import draws
 import slalom
 from slalom import Decision, Disc, Goal, Limits, LookAhead, Navigator, Obstacle, Outcome, Sampled, State, Stationary
 from slalom.lookahead import navigator
-from slalom.lookahead.navigator import SOONER_RISES, SOONER_SHARE, SequenceDecision
+from slalom.lookahead.navigator import SOONER_RISES, SOONER_SHARE, WIDER_RISES, WIDER_SHARE, SequenceDecision
 
 NOW, RADIUS, MARGIN = 3.0, 0.25, 0.1
 LIMITS = Limits(1.5, 1.5)
@@ -43,19 +43,41 @@ def arrival(decision: Decision) -> float:
     return decision.arrival if isinstance(decision, SequenceDecision) else np.inf
 
 
+def decided_without(seed: int, rules: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> Decision:
+    """The decision with other values of these constants."""
+    for name, value in rules.items():
+        monkeypatch.setattr(navigator, name, value)
+    return ROBOT.decide(STATE, crowd(seed), GOAL, now=NOW)
+
+
+def assert_same(one: Decision, other: Decision) -> None:
+    assert one.outcome is other.outcome
+    assert arrival(one) == arrival(other)
+    np.testing.assert_array_equal(one.manoeuvre.control, other.manoeuvre.control)
+
+
 @pytest.mark.parametrize("seed", draws(range(24), 8))
 def test_less_of_the_uncertainty_brings_the_arrival_forward(seed, monkeypatch):
     """By SOONER_RISES or more; else the decision is the one without this rule."""
-    found = decided(seed)
-    monkeypatch.setattr(navigator, "SOONER_SHARE", 1.0)
-    patient = ROBOT.decide(STATE, crowd(seed), GOAL, now=NOW)
+    found = decided_without(seed, {"WIDER_RISES": -np.inf}, monkeypatch)
+    patient = decided_without(seed, {"SOONER_SHARE": 1.0}, monkeypatch)
     if isinstance(found, SequenceDecision) and found.doubt == SOONER_SHARE:
         assert found.outcome is Outcome.SQUEEZED
         assert arrival(found) <= arrival(patient) - SOONER_RISES * RISE
     else:
-        assert found.outcome is patient.outcome
-        assert arrival(found) == arrival(patient)
-        np.testing.assert_array_equal(found.manoeuvre.control, patient.manoeuvre.control)
+        assert_same(found, patient)
+
+
+@pytest.mark.parametrize("seed", draws(range(24), 8))
+def test_more_than_the_uncertainty_costs_little_time(seed, monkeypatch):
+    """WIDER_RISES or less; else the decision is the one without this rule."""
+    found = decided(seed)
+    narrow = decided_without(seed, {"WIDER_RISES": -np.inf}, monkeypatch)
+    if isinstance(found, SequenceDecision) and found.doubt == WIDER_SHARE:
+        assert found.outcome in (Outcome.CLEAR, Outcome.CONSTRAINED)
+        assert arrival(found) <= arrival(narrow) + WIDER_RISES * RISE
+    else:
+        assert_same(found, narrow)
 
 
 @pytest.mark.parametrize("seed", draws(range(24), 8))
@@ -73,6 +95,6 @@ def test_a_sequence_keeps_its_share_of_the_uncertainty(seed):
         assert (distance > 2.0 * RADIUS + found.doubt * futures.error.radius(times - NOW, 2) - 1e-6).all()
 
 
-def test_these_crowds_have_both():
+def test_these_crowds_have_all():
     shares = {one.doubt for one in map(decided, range(24)) if isinstance(one, SequenceDecision)}
-    assert {1.0, SOONER_SHARE} <= shares
+    assert {1.0, SOONER_SHARE, WIDER_SHARE} <= shares

@@ -51,7 +51,7 @@ class SequenceDecision(Decision):
         search: the search that found the sequence.
         better: the search for an earlier arrival, which the next decision continues.
         arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
-        doubt: share of the uncertainty of all obstacles that the sequence keeps clear of.
+        doubt: share of the uncertainty of all obstacles that the sequence keeps clear of; above 1 more than that.
     """
 
     search: Search = field(kw_only=True)
@@ -183,7 +183,7 @@ More values: a robot in a narrow gap keeps more of its margin, for more searches
 contact is avoidable.
 """
 
-DOUBT_SHARES: Final = (1.0, 0.5, 0.0)
+DOUBT_SHARES: Final = (1.0, 0.5, 0.25, 0.1, 0.0)
 """[1] Shares of the uncertainty of obstacles with which a search over sequences is repeated until one succeeds.
 
 More values: a robot without a certain way keeps more distance from likely positions, for more searches. Only 1: it
@@ -202,6 +202,18 @@ SOONER_RISES: Final = 2.0
 Larger: robots wait longer for a way that is clear of all of the uncertainty. Smaller: they take more ways that are not.
 """
 
+WIDER_SHARE: Final = 5.0
+"""[1] Share of the uncertainty of obstacles that a sequence keeps clear of where it arrives hardly later.
+
+Larger: wider ways around vehicles that may turn, brake or start; fewer of these ways exist. 1: none is wider.
+"""
+
+WIDER_RISES: Final = 6.0
+"""[1] Times from rest to max_speed by which such a sequence may arrive later.
+
+Larger: longer detours and waits. Smaller: more ways lead closely past vehicles that then turn, brake or start.
+"""
+
 ANEW_BUDGETS: Final = 2.0
 """[1] Budgets of work for a search among forecasts from several models: they change with every observation, so that a
 search never continues at the next decision.
@@ -214,7 +226,8 @@ def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
     """Decision for a new sequence, else of the navigator, in the first part of the scene that has a safe one.
 
     First with all futures of the obstacles, then without the least probable ones. Where the uncertainty is an estimate,
-    then with less and less of it. A safe decision is replaced by one with less of it that arrives much earlier.
+    then with less and less of it. A safe decision is replaced by one with less of it that arrives much earlier, and
+    this by one with more of it that arrives hardly later.
 
     Args:
         budget: [us] of work; improving: [us] of work after the first arrival, and the least for each search.
@@ -227,7 +240,9 @@ def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
     if scene.clearance() >= 0.0:
         decision = _least_given_up(scene, given, work)
         if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
-            return decision if given else _sooner(scene, decision, Work(ANEW_BUDGETS * budget, improving))
+            if given:
+                return decision
+            return _wider(scene, _sooner(scene, decision, Work(ANEW_BUDGETS * budget, improving)), budget, improving)
     likely = scene.without(given[-1].given_up) if given else scene
     for doubt in DOUBT_SHARES[1:]:
         part = likely.with_doubt(doubt)
@@ -266,6 +281,26 @@ def _sooner(scene: Scene, decision: Decision, work: Work) -> Decision:
     return decision if found is None or found.arrival > latest or found.arrival == np.inf else found
 
 
+def _wider(scene: Scene, decision: Decision, budget: float, improving: float) -> Decision:
+    """A sequence that keeps clear of more than the uncertainty and arrives hardly later; without one, `decision`.
+
+    The radius of an estimate bounds what later decisions do not correct. They correct little where an obstacle begins
+    to turn, to brake or to accelerate close to the robot.
+    """
+    latest = _arrival(decision) + WIDER_RISES * rise_of(scene.navigator)
+    if latest == np.inf:
+        return decision
+    part = scene.with_doubt(WIDER_SHARE)
+    clearance = part.clearance()
+    if part is scene or clearance < 0.0:
+        return decision
+    margin = min(clearance, scene.navigator.margin)
+    found, _ = search_in(part, margin, budget, improving, SEARCH_SCALES[:1], latest)
+    if not found.complete or found.arrival > latest:
+        return decision
+    return sequence_decision(part, found, Outcome.CLEAR if found.direct else Outcome.CONSTRAINED)
+
+
 def _arrival(decision: Decision) -> float:
     """[s] inf without a known one."""
     return decision.arrival if isinstance(decision, SequenceDecision) else np.inf
@@ -288,7 +323,8 @@ def _plan_in(scene: Scene, work: Work) -> Decision:
 def alone(scene: Scene) -> Decision:
     """Decision of the navigator; in a part of the scene, and where it is estimated, among the motions of the scene."""
     navigator, method = scene.navigator, replace(scene.navigator.method, looks_ahead=False)
-    around, whole, estimated = scene.given, scene.doubt == 1.0, isinstance(method.forecast, FromModels)
+    around, whole = scene.given, scene.doubt == 1.0
+    estimated = isinstance(method.forecast, FromModels)
     if estimated or not whole or not all(motion.probability == 1.0 for motion in scene.motions):
         around = [replace(motion, probability=1.0) for motion in scene.uncertain()]
         method = replace(method, forecast=Known())
@@ -402,7 +438,8 @@ class LookAhead:
     predictions do not change. The navigator decides without any, within the tolerance of a goal to stop at, and where
     something passes through the robot at rest there. The uncertainty of `FromModels` is an estimate: where it leaves no
     safe decision, less of it counts (DOUBT_SHARES), and where a sequence with SOONER_SHARE of it arrives earlier by
-    SOONER_RISES times from rest to the maximum speed, that is taken. Before that, improbable futures of obstacles are
+    SOONER_RISES times from rest to the maximum speed, that is taken. Where a sequence with WIDER_SHARE of it arrives at
+    most WIDER_RISES such times later, that is taken. Before that, improbable futures of obstacles are
     given up, see `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
 
     Law: a sequence keeps the margin until it ends, or the largest possible fraction of it, as long as the forecasts
@@ -528,7 +565,7 @@ class LookAhead:
         previous, now = scene.previous, scene.now
         if previous is None or now >= previous.search.end_time - NODE_TIME_SLACK * self.navigator.period:
             return None
-        scene = scene.with_doubt(previous.doubt)
+        whole, scene = scene, scene.with_doubt(previous.doubt)
         search, motion = previous.search, previous.manoeuvre
         deviation = float(np.abs(motion.position(now) - scene.state.position).max())
         deviation = max(deviation, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
@@ -542,6 +579,10 @@ class LookAhead:
             return None
         if not search.complete:
             return self._continue_search(scene, search) if same else None
+        if previous.doubt < WIDER_SHARE and isinstance(self.navigator.method.forecast, FromModels):
+            wide = _wider(whole, previous, self.budget, self.improvement_budget)
+            if isinstance(wide, SequenceDecision) and wide is not previous:
+                return wide
         improved = self._improved(scene, previous, same)
         if improved.complete and improved.arrival <= self._worth_changing(previous, now):
             return sequence_decision(scene, improved, self._outcome(scene, improved))
