@@ -124,6 +124,15 @@ def number_or_text(text: str) -> float | str:
 # Models of the robots and obstacles of scenario files: one for each mapping in them.
 
 
+def refuse_unless_one(value: object, other: str, info: ValidationInfo) -> None:
+    """Raise InvalidInput unless the file has either this key or the one before it, `other`.
+
+    Nothing is refused where that key has mistakes of its own: it is not in the data.
+    """
+    if other in info.data and (value is None) == (info.data[other] is None):
+        raise InvalidInput(f"expected either this key or {other}, found {'neither' if value is None else 'both'}")
+
+
 class Shaped(Model):
     """A body that has either a radius or a shape."""
 
@@ -133,9 +142,7 @@ class Shaped(Model):
     @field_validator("radius")
     @classmethod
     def _one_of_them(cls, radius: float | None, info: ValidationInfo) -> float | None:
-        # A shape with mistakes of its own is not in the data.
-        if "shape" in info.data and (radius is None) == (info.data["shape"] is None):
-            raise InvalidInput(f"expected either this key or shape, found {'neither' if radius is None else 'both'}")
+        refuse_unless_one(radius, "shape", info)
         return radius
 
     def whole_shape(self, dimension: int) -> Shape:
@@ -365,9 +372,7 @@ class FlowSpec(SharedKeys):
     @field_validator("rate")
     @classmethod
     def _one_of_two(cls, rate: float | None, info: ValidationInfo) -> float | None:
-        # Keys with mistakes of their own are not in the data.
-        if "count" in info.data and (rate is None) == (info.data["count"] is None):
-            raise InvalidInput(f"expected either this key or count, found {'neither' if rate is None else 'both'}")
+        refuse_unless_one(rate, "count", info)
         if rate is None or "appears" not in info.data:
             return rate
         span = info.data["appears"]
@@ -579,12 +584,10 @@ class WorldSpec(Model):
     @field_validator("robots")
     @classmethod
     def _one_of_both(cls, robots: list[Model] | None, info: ValidationInfo) -> list[Model] | None:
-        # A robot and flows with mistakes of their own are not in the data.
+        # Flows with mistakes of their own are not in the data.
         alone = robots is None and info.data.get("robot") is None
-        if alone and info.data.get("flows", True):
-            return robots
-        if "robot" in info.data and (robots is None) == (info.data["robot"] is None):
-            raise InvalidInput(f"expected either this key or robot, found {'neither' if robots is None else 'both'}")
+        if not alone or not info.data.get("flows", True):
+            refuse_unless_one(robots, "robot", info)
         return robots
 
 
