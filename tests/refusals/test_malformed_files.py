@@ -24,6 +24,7 @@ from slalom.cli import call
 from slalom.io.formats import read_recording
 from slalom.io.pedestrians import read_cases
 from slalom.io.table import read_polynomials
+from slalom.io.yaml_nodes import MAX_MISTAKES
 from slalom.sim import Recording
 from slalom.sim.files.recorded_traffic import crossing, read_recorded
 from slalom.sim.files.scenario_yaml import read_scenario, read_scenarios
@@ -148,7 +149,7 @@ def refuses_in_short(read: Callable[[Path], object], path: Path) -> bool:
         read(path)
     except SlalomError as error:
         lines = str(error).split("\n")
-        assert len(lines) <= 11
+        assert len(lines) <= MAX_MISTAKES + 1
         assert all(line.isprintable() and len(line) <= MESSAGE_LINE + 50 for line in lines), lines
         return True
     return False
