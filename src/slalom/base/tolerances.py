@@ -10,12 +10,11 @@ it absorbs rounding. A safe control that would come nearer to an obstacle than t
 Larger: fewer exchanges, a choice farther from the optimum. Smaller than about 1e-9 m: rounding decides.
 """
 
-OVERLAP: Final = 2.5e-6
+OVERLAP: Final = 1e-5
 """[m] A robot that is deeper in an obstacle than this overlaps it; less deep, it touches it.
 
-More than the sum of CONTACT and of the errors of a piece, in position and in heading, each up to INTERPOLATION. A robot
-in contact after a choice may lie that deep in the piece. It must stay below CONTACT_SLACK. Larger: deeper overlaps
-count as contact. Smaller: contact with an obstacle on a circle counts as overlap.
+More than CONTACT_SLACK + CERTIFIED + CONTACT: a robot that touches a body may be that deep in it until its next
+decision. Larger: deeper overlaps count as contact. Smaller: a safe choice counts as an overlap at the next decision.
 """
 
 CONTACT_SLACK: Final = 5e-6

@@ -35,6 +35,7 @@ from .relative_motion.window import (
     covered_at_rest as covered_at_rest,
     distances_now as distances_now,
     in_balls as in_balls,
+    kept_margin as kept_margin,
     kept_radii as kept_radii,
     piece_balls as piece_balls,
     pieces_within as pieces_within,

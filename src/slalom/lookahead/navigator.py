@@ -6,9 +6,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from slalom import kernels
 from slalom.base.checks import Array, duration, has, not_negative, number, or_infinite, positive
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import COMMITTED_SLACK, CONTACT_SLACK, JUMP
+from slalom.base.tolerances import COMMITTED_SLACK, JUMP
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision
 from slalom.decision.decision import DecisionInputs, Outcome, completed, made, state_to_decide_from
@@ -103,8 +104,8 @@ class Scene(NamedTuple):
         return self._among([motion for motion, gone in zip(self.motions, given_up.tolist()) if not gone])
 
     def clearance(self) -> float:
-        """[m] of the robot now; contact is 0 or less."""
-        return self.prediction.clearance(self.state.position, self.now) - CONTACT_SLACK
+        """[m] What the robot can keep of its clearance, see `kept_margin`; contact is 0 or less."""
+        return kernels.kept_margin(self.prediction.clearance(self.state.position, self.now), np.inf, 0.0)[1]
 
     def _among(self, motions: Sequence[Obstacle]) -> "Scene":
         latest = predicted_until(self.navigator, self.deadline, self.now)

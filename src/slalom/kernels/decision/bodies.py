@@ -4,16 +4,17 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slalom.base.tolerances import CONTACT_SLACK
+from slalom.base.tolerances import CONTACT_SLACK, INTERPOLATION
 from slalom.kernels.arrays import EVERY_WORLD, Array, Hulls, Indices, MaybeCorners, MaybeHulls, Pieces, Records
 from slalom.kernels.decision.neighbours import farthest_distance
 from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.tables import MET_BODY, DecisionSettings, DecisionTables, MetBody, ObstaclePieces, Robot
-from slalom.kernels.geometry.cubic import restrict
+from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.window import (
     copy_cut,
+    copy_restricted,
     kept_margin,
     overlaps,
     places_now,
@@ -184,13 +185,14 @@ def add_passive(
 @kernel
 def grow_passive(
     i: int, numbers: Indices, count: int, error: float, rows: ObstaclePieces, tables: DecisionTables
-) -> bool:
+) -> tuple[bool, int]:
     """Grow the first `count` rows, of passive bodies `numbers` (b,), by robot i and by the margin that it can keep.
 
-    Returns whether the robot overlaps one.
+    Returns whether the robot overlaps one, and the number of rows: where its margin grows again rows are cut.
     """
     bodies = tables.bodies
     pieces = rows.pieces
+    margin = tables.robots.each[i].margin
     more = tables.robots.each[i].rounding - tables.robot_bodies.rounding
     radius = np.empty(len(numbers))
     for b in range(len(radius)):
@@ -199,23 +201,35 @@ def grow_passive(
         rows.hull[b] = bodies.hull[numbers[b]]
         rows.bodies[b].hull_radius = passive.hull_radius
         rows.bodies[b].at_rest = passive.at_rest
-    overlapping = add_margin(i, numbers, radius, count, rows, tables)
+        rows.bodies[b].error = error
     for s in range(count):
-        b = pieces.body[s]
-        passive = bodies.each[numbers[b]]
-        pieces.radius[s] += radius[b] + error
-        rows.balls[s, 3] += radius[b] + passive.hull_radius + error
-        rows.margin[s, 0] = max(radius[b] - passive.radius - more, 0.0)
-    return overlapping
+        met = rows.bodies[pieces.body[s]]
+        met.error = max(met.error, error + min(pieces.radius[s], 2.0 * INTERPOLATION))
+    kept, overlapping = kept_margins(i, numbers, radius, count, rows, tables)
+    end = count
+    while end > 0:
+        b = pieces.body[end - 1]
+        begin = end - 1
+        while begin > 0 and pieces.body[begin - 1] == b:
+            begin -= 1
+        known = count
+        if kept[b, 0] < kept[b, 1]:
+            count += cut_row(tables.settings.period, begin, end, count, rows)
+        for s in range(begin, end + count - known):
+            pieces.radius[s] += radius[b] + error
+            rows.balls[s, 3] += radius[b] + rows.bodies[b].hull_radius + error + kept[b, 1]
+        add_margin(kept[b, 0], kept[b, 1], margin, np.inf, begin, end + count - known, rows, tables.settings)
+        end = begin
+    return overlapping, count
 
 
 @kernel
-def add_margin(
+def kept_margins(
     i: int, numbers: Indices, radius: Array, count: int, rows: ObstaclePieces, tables: DecisionTables
-) -> bool:
-    """Add the margin that robot i can keep to the radii (b,) [m] of passive bodies `numbers` (b,).
+) -> tuple[Array, bool]:
+    """The margins (b, 2) [m], now and then, that robot i keeps from passive bodies `numbers` (b,): `kept_margin`.
 
-    Their pieces are the first `count` rows. Returns whether the robot overlaps one.
+    Bodies have radii (b,) [m] and the first `count` rows. Returns also whether the robot overlaps one.
     """
     robot = tables.robots.each[i]
     bodies = tables.bodies
@@ -227,7 +241,7 @@ def add_margin(
         places, directions, rows.hull[body], hulls_of_bodies(bodies.corners, rows.hull, np.empty((4, 2, 0)))
     )
     overlapping = False
-    kept = np.full(len(radius), robot.margin)
+    kept = np.full((len(radius), 2), robot.margin)
     for h in range(len(near)):
         s = near[h]
         clearance = found[h, 0] - radius[body[h]]
@@ -236,10 +250,75 @@ def add_margin(
             clearance -= pieces.radius[s] + pieces.growth[s] * share_of_piece(pieces.times, s)
         # From a body that a robot at rest may touch there is nothing to separate.
         overlapping = overlapping or (passive.at_rest and overlaps(clearance))
-        kept[body[h]] = max(kept_margin(clearance, robot.margin), -radius[body[h]])
-    for b in range(len(radius)):
-        radius[b] += kept[b]
-    return overlapping
+        now, then = kept_margin(clearance, robot.margin, rows.bodies[body[h]].error)
+        kept[body[h], 0] = max(now, -radius[body[h]])
+        kept[body[h], 1] = max(then, -radius[body[h]])
+    return kept, overlapping
+
+
+@kernel
+def cut_row(at: float, begin: int, end: int, count: int, rows: ObstaclePieces) -> int:
+    """Cut the row among `begin` to `end`, of one body, that the time `at` [s] lies within; the number of added rows.
+
+    The rows after it, of `count` in all, move on by one.
+    """
+    pieces = rows.pieces
+    at_row = -1
+    for s in range(begin, end):
+        if pieces.times[s, 0] < at < pieces.times[s, 1]:
+            at_row = s
+    if at_row < 0:
+        return 0
+    for s in range(count - 1, at_row - 1, -1):
+        copy_into(pieces.times[s + 1], pieces.times[s])
+        copy_restricted(pieces.points[s], 0.0, 1.0, pieces.points[s + 1])
+        if len(pieces.turns) > 0:
+            copy_restricted(pieces.turns[s], 0.0, 1.0, pieces.turns[s + 1])
+        pieces.radius[s + 1], pieces.growth[s + 1] = pieces.radius[s], pieces.growth[s]
+        pieces.body[s + 1] = pieces.body[s]
+        copy_into(rows.balls[s + 1], rows.balls[s])
+        copy_into(rows.margin[s + 1], rows.margin[s])
+    s = at_row
+    share = (at - pieces.times[s, 0]) / (pieces.times[s, 1] - pieces.times[s, 0])
+    for part in range(2):
+        a, b = (share, 1.0) if part == 1 else (0.0, share)
+        copy_restricted(pieces.points[s + part], a, b, pieces.points[s + part])
+        if len(pieces.turns) > 0:
+            copy_restricted(pieces.turns[s + part], a, b, pieces.turns[s + part])
+        pieces.times[s + part, 1 - part] = at
+        pieces.radius[s + part] += a * pieces.growth[s + part]
+        pieces.growth[s + part] *= b - a
+    return 1
+
+
+@kernel
+def add_margin(
+    now: float,
+    then: float,
+    whole: float,
+    regain: float,
+    begin: int,
+    end: int,
+    rows: ObstaclePieces,
+    settings: DecisionSettings,
+) -> None:
+    """Add a margin [m] to the radii of rows `begin` to `end`, of one body: from `now` evenly to `then` in one period.
+
+    Then it stays, or becomes `whole` at the time `regain` [s]. See `ObstaclePieces.margin`.
+    """
+    pieces = rows.pieces
+    span = max(regain - settings.period, 0.0)
+    kept = np.empty(2)
+    for s in range(begin, end):
+        for k in range(2):
+            t = pieces.times[s, k]
+            kept[k] = now + (then - now) * min(max(t / settings.period, 0.0), 1.0)
+            if regain < np.inf and t > settings.period:
+                kept[k] += (whole - then) * (min((t - settings.period) / span, 1.0) if span > 0.0 else 1.0)
+        pieces.radius[s] += kept[0]
+        pieces.growth[s] += kept[1] - kept[0]
+        rows.margin[s, 0] = max(kept[0], 0.0)
+        rows.margin[s, 1] = max(kept[1], 0.0) - max(kept[0], 0.0)
 
 
 @kernel
@@ -371,8 +450,8 @@ def obstacle_pieces(
     for k in near:
         skeleton = robots.each[k].skeleton
         total += tables.robot_bodies.first[skeleton + 1] - tables.robot_bodies.first[skeleton]
-    # One row more for each body of a robot: one piece is cut where the margin is whole again.
-    n = len(passive.row) + (total - len(passive.body)) * (q + 1)
+    # One row more for each passive body and two for each body of a robot: pieces are cut where margins have grown.
+    n = len(passive.row) + len(passive.body) + (total - len(passive.body)) * (q + 2)
     turning = len(bodies.pieces.turns) > 0
     turns = np.zeros((n if turning else 0, 4, 2))
     pieces = Pieces(np.empty((n, 2)), np.empty((n, 4, d)), np.empty(n), np.zeros(n), turns, np.empty(n, np.int64))
@@ -384,7 +463,7 @@ def obstacle_pieces(
     overlaps_passive = False
     if len(passive.row):
         s = add_passive(i, passive, error, centers, radii, rows, tables)
-        overlaps_passive = grow_passive(i, passive.body, s, error, rows, tables)
+        overlaps_passive, s = grow_passive(i, passive.body, s, error, rows, tables)
     overlaps_robot, s = add_robots(i, near, len(passive.body), s, error, agrees, rows, tables)
     used = Pieces(pieces.times[:s], pieces.points[:s], pieces.radius[:s], pieces.growth[:s], turns[:s], pieces.body[:s])
     found = ObstaclePieces(used, rows.margin[:s], rows.balls[:s], met, hull)
@@ -430,81 +509,52 @@ def add_robots(
                 distance = distances(place, np.array([[1.0, 0.0]]), bodies.hull[j : j + 1], hulls)[0, 0]
             clearance = distance - (part.radius + both)
             overlapping = overlapping or overlaps(clearance)
-            extra = kept_margin(clearance, margin)
+            kept, then = kept_margin(clearance, margin, error)
             # No robot relies on the other where both are close: there it is too late for mistakes.
             if settings.share < 1.0 and clearance > COOPERATION_RANGE * (robot.radius + other.radius):
                 rows.bodies[body].share = share_of(robot, other, settings)
             wider = 0.0
             if agrees and rows.bodies[body].share < 1.0:
-                wider = agreed_side(robot, other, position, velocity, clearance - max(extra, 0.0), side)
+                wider = agreed_side(robot, other, position, velocity, clearance - max(then, 0.0), side)
             rows.bodies[body].robot = k
             rows.hull[body] = bodies.hull[j]
             rows.bodies[body].hull_radius = part.hull_radius
+            rows.bodies[body].error = error
             end = s
-            cut = settings.regain if extra < margin else np.inf
             for p in range(observed.points.shape[1]):
                 first = observed.times[k, p]
                 last = observed.times[k, p + 1]
                 if last <= now or last <= first or first >= now + settings.horizon:
                     continue
-                end = add_piece(first - now, last - now, observed.points[k, p], cut, end, pieces)
+                put_piece(first - now, last - now, observed.points[k, p], end, pieces)
+                pieces.body[end] = body
+                end += 1
+            if kept < margin:
+                end += cut_row(settings.period, s, end, end, rows)
+                end += cut_row(settings.regain, s, end, end, rows)
             for row in range(s, end):
-                pieces.radius[row] = part.radius + both + extra + error + wider
-                pieces.body[row] = body
-                rows.margin[row, 0] = max(extra, 0.0)
+                pieces.radius[row] = part.radius + both + error + wider
                 for c in range(4):
                     for axis in range(d):
                         pieces.points[row, c, axis] += part.offset[axis] + wider * side[axis]
                     if turning:
                         pieces.turns[row, c, 0] = 1.0
-            if cut < np.inf:
-                grow_margin(margin - max(extra, 0.0), cut, s, end, pieces, rows.margin)
+            add_margin(kept, then, margin, settings.regain, s, end, rows, settings)
             s = end
             body = body + 1
     return overlapping, s
 
 
 @kernel
-def add_piece(first: float, last: float, points: Array, cut: float, s: int, pieces: Pieces) -> int:
-    """Write a piece, control points (4, d) driven from `first` to `last` [s], into row s; the next free row.
-
-    Two rows if the time `cut` [s] lies within it.
-    """
-    parts = 2 if first < cut and cut < last else 1
-    for part in range(parts):
-        pieces.times[s, 0] = first if part == 0 else cut
-        pieces.times[s, 1] = last if part == parts - 1 else cut
+def put_piece(first: float, last: float, points: Array, s: int, pieces: Pieces) -> None:
+    """Write a piece, control points (4, d) driven from `first` to `last` [s], into row s, with no radius."""
+    pieces.times[s, 0] = first
+    pieces.times[s, 1] = last
+    pieces.radius[s] = 0.0
+    pieces.growth[s] = 0.0
+    for c in range(4):
         for axis in range(pieces.points.shape[2]):
-            p0 = points[0, axis]
-            p1 = points[1, axis]
-            p2 = points[2, axis]
-            p3 = points[3, axis]
-            if parts == 2:
-                e = (pieces.times[s, 0] - first) / (last - first)
-                f = (pieces.times[s, 1] - first) / (last - first)
-                p0, p1, p2, p3 = restrict(p0, p1, p2, p3, e, f)
-            pieces.points[s, 0, axis] = p0
-            pieces.points[s, 1, axis] = p1
-            pieces.points[s, 2, axis] = p2
-            pieces.points[s, 3, axis] = p3
-        s += 1
-    return s
-
-
-@kernel
-def grow_margin(lost: float, within: float, begin: int, end: int, pieces: Pieces, margin: Array) -> None:
-    """Let the radii of rows `begin` to `end`, of one robot, grow evenly by the `lost` margin [m] `within` a time [s].
-
-    `margin` (n, 2) [m]: see `ObstaclePieces`.
-    """
-    times = pieces.times
-    for s in range(begin, end):
-        early = lost * min(max(times[s, 0] / within, 0.0), 1.0)
-        late = lost * min(max(times[s, 1] / within, 0.0), 1.0)
-        pieces.radius[s] += early
-        pieces.growth[s] = late - early
-        margin[s, 0] += early
-        margin[s, 1] = late - early
+            pieces.points[s, c, axis] = points[c, axis]
 
 
 @kernel

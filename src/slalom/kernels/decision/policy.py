@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from slalom.base.tolerances import COMMITTED_SLACK, CONTACT_SLACK
+from slalom.base.tolerances import CONTACT, CONTACT_SLACK
 from slalom.kernels.arrays import Array, Indices, PositionMap
 from slalom.kernels.by_reference import by_reference
 from slalom.kernels.decision.bodies import hulls_of_bodies, limit_margin, obstacle_pieces, reduce_margin
@@ -281,6 +281,7 @@ SEARCH = -2
 def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: DecisionTables, scratch: Scratch) -> int:
     """KEPT if robot i can continue its committed manoeuvre; CONSTRAINED if not; FALL_BACK if it overlaps a body.
 
+    Without the margin it may touch bodies, by CONTACT_SLACK or as deep as it does now.
     Only bodies whose bounding balls overlap those of the committed path are tested. A path that leads to where passive
     bodies are left out is not continued.
     """
@@ -303,13 +304,18 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         return CONSTRAINED
     met = reachable_neighbours(i, near, centers, radii, robots)
     error = largest_error(robots.each[i], tables.responses)
+    margin, among = robots.each[i].margin, robots.each[i].margin_among
+    if without_margin:
+        robots.each[i].margin, robots.each[i].margin_among = -CONTACT_SLACK, -CONTACT_SLACK
     rows, overlapping = obstacle_pieces(i, met, error, centers, radii, False, tables)
+    robots.each[i].margin, robots.each[i].margin_among = margin, among
     if overlapping:
         return FALL_BACK
     if not obeys_turning_bounds(i, robots, tables.bounds, settings, scratch.position, scratch.velocity):
         return CONSTRAINED
-    if without_margin:
-        reduce_margin(1.0, rows)
+    for s in range(len(rows.pieces.body)):
+        # Less by half of what the path is above a level, for rounding.
+        rows.pieces.radius[s] -= 0.25 * CONTACT
     none, anywhere = np.zeros(len(rows.bodies), np.bool_), radii[:0]
     if first_met(rows, none, 0, centers, anywhere, robots.committed, i, i, settings, scratch.stack) < 0:
         return KEPT
@@ -327,11 +333,11 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
         knots[count] = times[i, p + 1] - settings.now
     motion = PositionMap(knots[: count + 1], drift[:count], np.zeros((count, 4)), np.empty((0, 4)), count)
     rest = rest_of_path(robots.committed, i, settings.now)
-    table, hulls, _ = relative_table(rows, tables.bodies, motion, settings.horizon, rest)
-    less = COMMITTED_SLACK if without_margin else COMMITTED_SLACK + CONTACT_SLACK
+    table, hulls, body = relative_table(rows, tables.bodies, motion, settings.horizon, rest)
     for s in range(len(table.radius)):
-        table.radius[s] -= less
-        table.bounding_radius[s] -= less
+        # The path was chosen over other knots, where errors may have had another sign.
+        table.radius[s] -= 2.0 * rows.bodies[body[s]].error
+        table.bounding_radius[s] -= 2.0 * rows.bodies[body[s]].error
     worst = deepest_violation(table, hulls, np.zeros(3), new_workspace(len(table.radius), hulls))
     return KEPT if worst == -1 else CONSTRAINED
 

@@ -316,6 +316,7 @@ class MetBody:
     """A body that one robot may meet."""
 
     hull_radius: float  # [m]
+    error: float  # [m] of its pieces and of those of the deciding robot
     robot: int  # number of the robot, -1 for a passive body
     share: float  # [1] part of the avoidance that the deciding robot does itself: 1 where the body does none
     at_rest: bool  # whether a contact counts while the deciding robot is at rest

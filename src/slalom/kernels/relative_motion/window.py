@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from slalom.base.tolerances import BALL_ROUNDING, CONTACT_SLACK, OVERLAP
+from slalom.base.tolerances import BALL_ROUNDING, CONTACT, CONTACT_SLACK, OVERLAP
 from slalom.kernels.arrays import Array, Bodies, CutPieces, Flags, Indices, MaybeHulls, Pieces, PositionMap
 from slalom.kernels.geometry.cubic import restrict, value
 from slalom.kernels.geometry.hulls import distances
@@ -18,8 +18,16 @@ from slalom.kernels.relative_motion.segments import bounding_radii, relative_seg
 # The rule of contact, once: when a robot overlaps a body, and how much of a margin it keeps near one.
 #
 # Contact is not overlap. A robot within CONTACT_SLACK of a body, and at most OVERLAP deep in it, touches the body and
-# may still move away. The body then counts as smaller by up to that amount. Farther away the robot keeps the margin,
-# or as much of it as it has now.
+# may still move away. Farther away the robot keeps the margin, or the level of its present clearance: at once less by
+# CONTACT_SLACK, since a control leads away from a body only in time, and in full from the next decision on. The next
+# clearance is then above the same level by more than rounding: a chain of decisions loses at most one level.
+
+
+LEVEL: Final = 8.0 * CONTACT
+"""[m] Distance of the levels of clearance. They lie between whole multiples of it, which users choose as margins.
+
+A robot may not rest within half of CONTACT above a level. Larger: such places are rarer, and chains lose more.
+"""
 
 
 @kernel
@@ -29,14 +37,15 @@ def overlaps(clearance: float) -> bool:
 
 
 @kernel
-def kept_margin(clearance: float, margin: float) -> float:
-    """The part [m] of `margin` [m] that a robot with this clearance [m], margin not counted, can keep.
+def kept_margin(clearance: float, margin: float, error: float) -> tuple[float, float]:
+    """The parts [m] of `margin` [m] that a robot with this clearance [m], margin not counted, keeps now and then.
 
-    The whole margin, or the present clearance less CONTACT_SLACK; negative where the robot touches the body.
+    Then: from the next decision on. The robot stays half of CONTACT above the level of its clearance by its pieces,
+    whose `error` [m] a choice adds. Both are negative where the robot touches the body.
     """
-    if clearance < CONTACT_SLACK:
-        return min(clearance, 0.0) - CONTACT_SLACK
-    return min(max(clearance - CONTACT_SLACK, 0.0), margin)
+    level = LEVEL * (np.floor(clearance / LEVEL - 0.5) + 0.5)
+    then = min(level + 0.5 * CONTACT - error, margin)
+    return min(clearance - CONTACT_SLACK, then), then
 
 
 @kernel
