@@ -73,8 +73,6 @@ FLEETS: dict[str, dict[str, float]] = {
     "doorway": {"robots": 6.0, "both": 1.0, "room": 4.0, "duration": 6.0},
     "navground_antipodal": {"robots": 6.0, "radius": 0.5, "duration": 6.0},
     "navground_cross": {"robots": 8.0, "side": 2.0, "duration": 6.0},
-    "navground_cross_torus": {"robots": 8.0, "side": 1.5, "duration": 5.0},
-    "navground_corridor": {"robots": 6.0, "length": 3.0, "duration": 4.0},
 }
 METHODS_AMONG = ("vo", "rvo", "avo", "ao", "nao", "nao_shared")
 EXTRA: tuple[tuple[str, dict[str, float], str], ...] = (

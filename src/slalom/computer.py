@@ -120,11 +120,11 @@ def fleets() -> None:
 
 
 def _simulate() -> None:
-    """Runs of fleets; in places that repeat, among walls, and of one robot."""
+    """Runs of fleets, also among walls, and of one robot."""
     from slalom.sim import gallery, simulate
 
     short = {"robots": 3.0, "duration": 0.2}
-    simulate(gallery.build("navground_cross_torus", {"duration": 0.2}), METHODS["nao"])
+    simulate(gallery.build("navground_cross", {"duration": 0.2}), METHODS["nao"])
     for scenario in ("circle", "doorway"):
         simulate(gallery.build(scenario, short), METHODS["nao_shared"])
     simulate(gallery.build("corridor", {"duration": 0.2}), METHODS["nao"])

@@ -336,7 +336,7 @@ def test_a_fleet_has_the_defaults_of_a_scenario() -> None:
     given = {name: one.default for name, one in inspect.signature(Fleet).parameters.items()}
     navigator = Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 1.0), robots=2).navigator
     given |= {name: getattr(navigator, name) for name in FleetSettings.__annotations__}
-    names = {"period": "dt", "world_period": "period", "observation_delay": "sight_delay"}
+    names = {"period": "dt", "observation_delay": "sight_delay"}
     names |= {"observation_noise": "sight_noise"}
     fields = Scenario.__dataclass_fields__
     same = ["horizon", "margin", "holds", "patience", *names]

@@ -176,7 +176,6 @@ def scenes() -> dict[str, tuple[Scenario, str]]:
         "fleet with late observations": (circle.with_settings({"sight_delay": 0.2, "sight_noise": 0.02}), "nao"),
         "moving goals": (replace(circle, robots=tuple(map(with_goal, circle.robots, moving))), "nao"),
         "methods": (replace(circle, robots=tuple(map(with_method, circle.robots, methods))), "nao"),
-        "images": (gallery.build("navground_cross_torus"), "nao"),
     }
 
 

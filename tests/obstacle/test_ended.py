@@ -28,7 +28,6 @@ from slalom import (
     State,
     Stationary,
 )
-from slalom.obstacle.periodic import images_met
 from slalom.sim import Robot, Scenario, simulate
 
 LIMITS = Limits(2.0, 1.5)
@@ -91,16 +90,6 @@ def test_fleets(name: str, given: str) -> None:
         step(person(5.0))
     assert np.abs(step(person(5.0, "continues")) - step()).max() > 0.1
     np.testing.assert_array_equal(step(person(5.0, "leaves")), step())
-
-
-def test_a_fleet_in_a_periodic_world() -> None:
-    fleet = Fleet(METHODS["nao"], ROBOT, LIMITS, robots=1, obstacles=[person(5.0)], world_period=(30.0, 30.0))
-    with pytest.raises(InvalidInput, match=r"obstacle 'person': expected a trajectory that is known"):
-        fleet.step(5.03, [(0.0, 0.0)], [(1.8, 0.0)], [(12.0, 0.0)])
-    box = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
-    period = np.array([30.0, 30.0])
-    met = list(images_met([person(5.0, "continues")], METHODS["nao"].forecast, period, 5.03, 4.0, *box))
-    assert len(met) == 1
 
 
 def test_a_table_that_looks_ahead_is_refused_when_it_ends() -> None:

@@ -844,9 +844,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"sight_delay: expected 0 as 'robot' appears after the start, found 0\.1": lambda _: Scenario(
         "delayed", (late(1.0),), sight_delay=0.1
     ),
-    r"period: expected none as 'robot' appears after the start, found \(9\.0, 9\.0\)": lambda _: Scenario(
-        "around", (late(1.0),), period=(9.0, 9.0)
-    ),
     r"--at: expected a time after the appearance of 'robot', found 1": lambda folder: (
         written("a.yaml", MINIMAL.replace("GOAL", "position: [5, 0]").replace("robot: {", "robot: {appears: 3, "))(
             folder
@@ -865,9 +862,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"sight_noise: expected 0 for orca, whose observations are exact; found 0\.1": lambda _: simulate(
         load("circle", {"sight_noise": 0.1}), PEERS["orca"]
-    ),
-    r"period: expected none for orca, whose world is not periodic; found \(4\.0, 4\.0\)": lambda _: simulate(
-        load("navground_cross_torus"), PEERS["orca"]
     ),
     r"robots: expected a name for each, found \['robot', 'robot'\]": lambda _: simulate(
         Scenario("twins", (Robot(Disc(1), LIMITS, FLAT, GOAL),) * 2), METHODS["nao"]
@@ -891,9 +885,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"margin: expected one number or 2, found an array of shape \(3,\)": lambda _: pair(margin=[0.1] * 3),
     r"worlds: expected whole numbers of 0 or more, found \[0, 0.5\]": lambda _: pair(worlds=[0, 0.5]),
-    r"period: expected at least 1.05 m, a robot's width and the margin, found 1 m": lambda _: pair(
-        world_period=(1.0, 9.0)
-    ),
     r"worlds: expected one world to publish manoeuvres of, found several": lambda _: pair(worlds=[0, 1]).manoeuvres(),
     r"message_delay: expected messages without delay and loss for methods nao_shared and nao": lambda _: simulate(
         with_methods(message_delay=0.5), METHODS["nao_shared"]
@@ -1200,12 +1191,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"robot\.goal: expected dimension 3 as of the state, found 2": lambda _: Robot(Ball(1), LIMITS, SPACE, GOAL),
     r"replan: expected a multiple of dt = 0.1 s, found 0.25 s": lambda _: scenario(replan=0.25),
     r"guided: expected 0 or 1, found 0.5": lambda _: build("circle", {"guided": 0.5}),
-    r"period: expected at least 2\.05 m, a robot's width and the margin, found 2 m": lambda _: scenario(
-        period=(2.0, np.inf)
-    ),
-    r"method: expected one that does not look ahead in a periodic world, found nao_ahead": lambda _: simulate(
-        scenario(period=(50.0, np.inf)), METHODS["nao_ahead"]
-    ),
     r"obstacle 0: expected dimension 2 as of the robots, found 3": lambda _: replace(scenario(), obstacles=(BALLOON,)),
     r"goal: expected a position that the robot can reach, found one 3.5 m deep in .* 'lid' grown by": lambda _: replace(
         scenario(), obstacles=(Obstacle(Disc(3), Stationary((20, 0.5)), "lid"),)
@@ -1491,12 +1476,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
         Figure(), folder / "a.png", resolution=1e9
     ),
     r"width: expected at most 200 inch, found 1e\+09": lambda _: view.resized(Figure(), width=1e9),
-    **{
-        rf"period: expected 2 numbers above 0, inf along an axis .*; found {found}": lambda _, p=period: scenario(
-            period=p
-        )
-        for period, found in (((8.0,), "8"), ((8.0, 0.0), "8, 0"), ((-1.0, 8.0), "-1, 8"))
-    },
 }
 VALUES = (
     ("2001-99-99", "'2001-99-99' as timestamp"),
@@ -1566,9 +1545,6 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"a\.h5: .*found format: expected 'slalom recording 3', found 'something else'": foreign_hdf5,
     r"a\.h5: expected .*, found ": empty_recording,
     r"a\.h5: expected an HDF5 recording, found ": reading(Recording.load, "a.h5", "text"),
-    r"a\.yaml:2:9: period: expected none as 'robot' appears after the start": yaml(
-        MINIMAL.replace("GOAL", "position: [5, 0]").replace("robot: {", "robot: {appears: 3, ") + "period: [9, 9]\n"
-    ),
     r"robot\.goal: expected one of position, trajectory, path, found none": reading(
         read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")
     ),

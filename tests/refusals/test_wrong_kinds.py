@@ -285,7 +285,6 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             **SETTINGS,
             "priority": 1.0,
             "worlds": (0, 0),
-            "world_period": (40.0, 40.0),
             "detours": (0.5,),
             "observation_delay": 0.0,
             "observation_noise": 0.0,

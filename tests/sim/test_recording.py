@@ -45,7 +45,6 @@ PLAIN = (
     "names",
     "method",
     "foresight",
-    "period",
     "seed",
     "dt",
     "parameters",

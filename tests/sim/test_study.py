@@ -599,25 +599,22 @@ def test_every_name_in_a_study_that_is_not_known_is_a_line(study: Path) -> None:
         assert re.search(pattern, mistake), mistake
 
 
-REPEATING = ("navground_cross_torus", "navground_corridor")
-
-
 def test_the_study_of_fleets_is_complete() -> None:
     """Scenarios of several robots and the test cases of others, each with ours and with those of others beside them.
 
-    Starts that are exactly symmetric, the largest circle and worlds that repeat are ours alone.
+    Starts that are exactly symmetric and the largest circle are ours alone.
     """
     found = read_study(FLEETS)
     assert found.title
     assert found.text
     rows = [*found.rows, *found.left_out]
-    assert len(rows) == 74
+    assert len(rows) == 70
     assert {row.scenario for row in rows} >= {"circle", "ring", "doorway", "navground_cross", "crowdnav"}
     assert [row.seeds for row in rows if "cadrl_" in row.scenario] == [50, 50, 50, 50]
     beside: dict[str, set[str]] = {}
     for row in rows:
         settings = {name: value for name, value in row.settings.items() if name not in ("margin", "guided")}
-        alone = settings.get("noise") == 0 or settings.get("robots") == 250 or row.scenario in REPEATING
+        alone = settings.get("noise") == 0 or settings.get("robots") == 250
         beside.setdefault(f"{row.scenario} {settings}", {"orca"} if alone else set()).update(row.methods)
     for where, methods in beside.items():
         assert {"nao_shared", "nao_ahead"} & methods, where

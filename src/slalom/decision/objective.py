@@ -194,7 +194,7 @@ _COARSE, _FINE = np.arange(float(AIM_TIMES)), np.arange(float(FINE_SAMPLES))
 
 
 def _geometric_times(last: float) -> Array:
-    """COARSE_SAMPLES times [s] from FIRST_SAMPLE to `last` in geometric progression, as np.geomspace."""
+    """AIM_TIMES times [s] from AIM_FIRST to `last` in geometric progression, as np.geomspace."""
     first, end = np.log10(AIM_FIRST), np.log10(last)
     powers = _COARSE * ((end - first) / (AIM_TIMES - 1.0)) + first
     powers[-1] = end

@@ -106,8 +106,6 @@ def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
 def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
     each = zero_records(Robot, n)
-    each["number"] = np.arange(n)
-    each["next_image"] = -1
     each["priority"] = 1.0
     each["present"] = True
     each["settled"], each["response"] = np.inf, -1
@@ -234,17 +232,12 @@ def commit_to(robots: RobotTable, k: int, path: Path) -> None:
 
 
 def publish(robots: RobotTable, k: int) -> None:
-    """Let the others observe the committed path of the robot in row k, and its images on it."""
-    committed = robots.committed
-    observed = robots.observed
-    each = robots.each
-    row = k
+    """Let the others observe the committed path of the robot in row k."""
+    committed, observed = robots.committed, robots.observed
     p = committed.points.shape[1]
-    while row >= 0:
-        observed.times[row] = committed.times[k, -1]
-        observed.times[row, : p + 1] = committed.times[k]
-        observed.points[row, :p] = committed.points[k] + (each["position"][row] - each["position"][k])
-        row = int(each["next_image"][row])
+    observed.times[k] = committed.times[k, -1]
+    observed.times[k, : p + 1] = committed.times[k]
+    observed.points[k, :p] = committed.points[k]
 
 
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:

@@ -125,10 +125,10 @@ class RightOfWay:
         ranks[np.lexsort(keys)] = np.arange(len(position))
         each["rank"], self._other_ranks = ranks[: len(left)], ranks[len(left) :]
 
-    def _ways(self, each: Any) -> tuple[Array, Array]:
-        """The ways (m, 3) [m] that robots `each` (m,) claim, and half their widths (m,) [m]; 0: none is claimed."""
+    def _ways(self, each: Any, held_up: Array) -> tuple[Array, Array]:
+        """The claimed ways (m, 3) [m] of robots `each`, held up for (m,) [s], and half widths (m,) [m]; 0: no claim."""
         fast = each["max_speed"] / each["max_acceleration"]
-        longer = self.held_up[each["number"]] - CLAIM_AFTER * fast
+        longer = held_up - CLAIM_AFTER * fast
         way = each["target"] - each["position"]
         most = CLAIM_LENGTH * fast * each["max_speed"]
         way *= np.minimum(most / np.maximum(np.linalg.norm(way, axis=1), 1e-12), 1.0)[:, None]
@@ -136,13 +136,13 @@ class RightOfWay:
         return way, np.where(each["present"] & (longer >= 0.0), width, 0.0)
 
     def claims(self, table: RobotTable) -> Claims:
-        """The claims of the robots in a table, which may hold images of them, and of other fleets in every world."""
+        """The claims of the robots in a table, and of other fleets in every world."""
         others = [k for k, one in enumerate(self._others) if one.width > 0.0]
-        rows = np.flatnonzero(self.held_up[table.each["number"]] > 0.0)
+        rows = np.flatnonzero(self.held_up > 0.0)
         if not self._active or not (len(rows) or others):
             return NO_CLAIMS
         each, worlds = table.each[rows], int(table.each["world"].max()) + 1
-        way, width = self._ways(each)
+        way, width = self._ways(each, self.held_up[rows])
         some, met = np.flatnonzero(width > 0.0), [self._others[k] for k in others]
         world = np.concatenate([each["world"][some], np.repeat(np.arange(worlds), len(met))])
         order = np.argsort(world, kind="stable")
@@ -161,7 +161,7 @@ class RightOfWay:
     def standings(self, table: RobotTable) -> list[Standing | None]:
         """The right of way of each robot, to publish; None for a robot that publishes no manoeuvres."""
         each = table.each
-        ways, widths = self._ways(each)
+        ways, widths = self._ways(each, self.held_up)
         rows = zip(
             self._visited.tolist(), self._left.tolist(), each["position"].tolist(), ways.tolist(), widths.tolist()
         )

@@ -263,7 +263,6 @@ class Scene:
             "live": live,
             "low": self.low.tolist(),
             "high": self.high.tolist(),
-            "world": None if scenario.period is None else [x if np.isfinite(x) else None for x in scenario.period],
             "shapes": shapes.listed,
             "robots": robots,
             "obstacles": obstacles,
@@ -427,7 +426,6 @@ def _box(scenario: Scenario, steps: Sequence[Step]) -> tuple[Array, Array]:
     end = scenario.start + (scenario.dt * len(steps) if steps else min(scenario.duration, 3.0 * scenario.horizon))
     points = [robot.state.position for robot in scenario.robots]
     radius = max(robot.shape.bounding_radius for robot in scenario.robots)
-    if scenario.period is None:
-        points += [robot.goal.position(t) for robot in scenario.robots for t in (scenario.start, end)]
+    points += [robot.goal.position(t) for robot in scenario.robots for t in (scenario.start, end)]
     points += [position for step in steps[:: max(1, len(steps) // TIMES)] for position in step.positions]
     return drawn_box(np.array(points), radius, scenario.obstacles, scenario.start, end)

@@ -23,7 +23,6 @@ from slalom.model.response import Response
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import displaced, to_nearest
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.sim.explanation import (
     DrawnControls,
@@ -220,9 +219,7 @@ def among(
     )
     passive, robots = fleet.known_to(row, table, obstacles, now)
     foreseen = navigator.predict(passive, state, now)
-    # In a periodic world the table holds the robots of the cell about the origin.
-    by = state.position - each["position"][:d]
-    listed = [displaced(one, by) if by.any() else one for one in (*foreseen.obstacles, *robots.values())]
+    listed = [*foreseen.obstacles, *robots.values()]
     until = np.append(foreseen.until, np.full(len(robots), navigator.horizon))
     response, manoeuvre = step.responses[robot], None
     if outcome not in OLD and not isinstance(response, str):
@@ -239,7 +236,7 @@ def among(
     numbers = numbers_of(scenario, foreseen.obstacles, now)
     for j, (k, clearance) in enumerate(zip(robots, away.tolist()), len(foreseen)):
         other: Any = table.each[k]
-        numbers.append(("robot", names.index(members.names[other["number"]])))
+        numbers.append(("robot", names.index(members.names[k])))
         # No robot relies on another one that is close.
         if clearance > COOPERATION_RANGE * (each["radius"] + other["radius"]):
             own = navigator.method.share * other["priority"]
@@ -248,7 +245,7 @@ def among(
     others = tuple(Other(*number, *more) for number, *more in zip(numbers, listed, kept, shares.tolist()))
     goal: Goal = scenario.robots[robot].goal
     if isinstance(goal, PathGoal) or not (each["final"] and each["moving"]):
-        goal = Goal(Stationary(each["target"][:d] + by), float(each["tolerance"]), bool(each["stop"]))
+        goal = Goal(Stationary(each["target"][:d].copy()), float(each["tolerance"]), bool(each["stop"]))
     return Known(navigator, goal, float(each["max_speed"]), blocked, manoeuvre, None), others
 
 
@@ -262,8 +259,6 @@ def numbers_of(scenario: Scenario, known: Sequence[Obstacle], now: float) -> lis
         numbers = same.get((one.name, id(one.shape)), [])
         if len(numbers) > 1:
             away = [_place(scenario.obstacles[k], now) - _place(one, now) for k in numbers]
-            if scenario.period is not None:
-                away = [vector + to_nearest(vector, scenario.period) for vector in away]
             numbers = [numbers[int(np.argmin(np.linalg.norm(away, axis=1)))]]
         found.append(("obstacle", numbers[0]) if numbers else ("hidden", 0))
     return found

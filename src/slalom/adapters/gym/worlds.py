@@ -487,8 +487,6 @@ class Worlds:
                 f"scenario: expected the number of robots, the dimension and the period {self.kind} in every world, "
                 f"found {_kind(scenario)}"
             )
-        if scenario.period is not None:
-            raise InvalidInput(f"scenario: expected a world that does not repeat, found {scenario.name}")
         for robot in scenario.robots:
             if robot.appears is not None and robot.appears > scenario.start:
                 raise InvalidInput(f"{robot.name}.appears: expected none in an environment, found {robot.appears:g} s")

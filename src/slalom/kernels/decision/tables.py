@@ -76,12 +76,8 @@ class ResponseTable(NamedTuple):
 class Robot:
     """One robot: state, limits, target, committed control.
 
-    Its shape is a kind of skeleton, see `RobotBodies`, rounded by `rounding`: the skeleton of a disc is its centre. In
-    a periodic world, images of robots have rows too, after those of the robots. They are observed and decide nothing.
+    Its shape is a kind of skeleton, see `RobotBodies`, rounded by `rounding`: the skeleton of a disc is its centre.
     """
-
-    number: int  # row of the robot of which this is an image; of a robot its own row
-    next_image: int  # row of the next image of the same robot; -1: none
 
     position: Vector  # [m]
     velocity: Vector  # [m/s]
@@ -133,7 +129,7 @@ class RobotTable(NamedTuple):
     """All robots, their committed paths, and their paths as other robots predict them."""
 
     each: Records[Robot]  # (n,)
-    committed: Paths  # the last time is far away; those of images are not needed
+    committed: Paths  # the last time is far away
     observed: Paths
 
 

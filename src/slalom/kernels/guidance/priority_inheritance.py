@@ -12,7 +12,7 @@ import numpy as np
 
 from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.arrays import Flags
-from slalom.kernels.guidance.grid import along_and_across, is_free, nearest_image
+from slalom.kernels.guidance.grid import along_and_across, is_free, offset
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.kernels.jit import kernel, squared
 
@@ -162,7 +162,7 @@ def free_distance(
     for m in range(len(robots.present)):
         if m == k or not robots.present[m]:
             continue
-        rx, ry = nearest_image(k, m, robots)
+        rx, ry = offset(k, m, robots)
         along, across = along_and_across(rx, ry, dx, dy)
         touch = robots.radius[k] + robots.radius[m] + margin
         if along <= 0.0 or abs(across) >= touch:
@@ -175,7 +175,7 @@ def free_distance(
     radius = robots.radius[k] + margin
     t = step
     while t <= free:
-        if not is_free(px + t * dx, py + t * dy, radius, robots.period, grid):
+        if not is_free(px + t * dx, py + t * dy, radius, grid):
             return t - step, -1
         t += step
     return free, blocker
@@ -241,7 +241,7 @@ def request_space(
         for k in range(len(robots.present)):
             if requested[k] or not robots.present[k]:
                 continue
-            rx, ry = nearest_image(j, k, robots)
+            rx, ry = offset(j, k, robots)
             touch = robots.radius[j] + robots.radius[k]
             along, across = along_and_across(rx, ry, fx, fy)
             if along <= ahead * touch or abs(across) >= touch + margin:
@@ -278,7 +278,7 @@ def update_waiting(robots: GuidanceState, now: float, period: float) -> None:
             robots.waiting_time[i] = max(0.0, robots.waiting_time[i] - BLOCKED_RECOVERY * period)
         k = int(robots.yielding[i, 3])
         near = YIELD_RANGE * (robots.radius[i] + robots.radius[k])
-        x, y = nearest_image(k, i, robots)
+        x, y = offset(k, i, robots)
         if robots.yielding[i, 2] > now and not robots.arrived[k] and x * x + y * y < near * near:
             # The robot that sent the request has not yet passed.
             robots.yielding[i, 2] = max(robots.yielding[i, 2], now + YIELD_EXTENSION)

@@ -1,6 +1,6 @@
 """Traffic circles: robots whose straight paths would meet pass the common point counterclockwise.
 
-`update_targets` keeps one circle for each robot; in periodic worlds, `keep_right` passes one robot after the other.
+`update_targets` keeps one circle for each robot.
 """
 
 from typing import Final
@@ -15,7 +15,6 @@ from slalom.kernels.guidance.grid import (
     cell_costs,
     farthest_in_sight,
     goal_in_sight,
-    nearest_image,
     new_path_search,
 )
 from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, RobotRows
@@ -220,34 +219,12 @@ WAYPOINT_TOLERANCE: Final = 0.1
 Larger: robots rest beside waypoints that count as reached, without sight of the next one. Smaller: no gain.
 """
 
-KEEP_RIGHT_TIME: Final = 8.0
-"""[s] In a periodic world a robot passes frontal robots on the right if it encounters them within this time.
-
-Larger: robots turn aside early, for encounters that others prevent. Smaller: they turn aside sharply.
-"""
-
-KEEP_RIGHT_COSINE: Final = 0.8
-"""[1] Least cosine of the angle between a robot's direction and that from which a frontal robot approaches.
-
-Larger: only robots straight ahead are passed on the right. Smaller: robots that cross are passed too.
-"""
-
 
 @kernel
-def put_nearest_images(i: int, robots: GuidanceState, rows: RobotRows) -> None:
-    """Move all robots in `rows` to their periodic images nearest to robot i."""
-    for k in range(len(robots.radius)):
-        x, y = nearest_image(i, k, robots)
-        rows.columns[0, k] = robots.position[i, 0] + x
-        rows.columns[1, k] = robots.position[i, 1] + y
-
-
-@kernel
-def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: RobotRows, found: Array) -> int:
+def predicted_encounters(i: int, robots: GuidanceState, rows: RobotRows, found: Array) -> int:
     """Number of encounters of robot i, on its straight path at full speed, with robots at constant velocity.
 
     found (n, 4) gets a row for each, in the order of time: time [s], midpoint x, y [m], radius of the other [m].
-    frontal: least cosine of the angle between the direction of robot i and that from which the other approaches.
     """
     px = robots.position[i, 0]
     py = robots.position[i, 1]
@@ -287,8 +264,6 @@ def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: Ro
             continue
         # A robot in the same direction is followed or overtaken.
         if vx * dx + vy * dy > SAME_DIRECTION_COSINE * np.sqrt(vx * vx + vy * vy):
-            continue
-        if -(mx * dx + my * dy) < frontal * np.sqrt(square):
             continue
         found[count, 0] = time
         found[count, 1] = px + time * speed * dx + 0.5 * nx
@@ -434,7 +409,7 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
             # The robot is blocked on its circle.
             circle[:] = 0.0
             continue
-        count = predicted_encounters(i, -1.0, robots, rows, found)
+        count = predicted_encounters(i, robots, rows, found)
         if count > 0:
             circle_around(robots.radius[i], found, count, fresh)
             x = fresh[0] - robots.position[i, 0]
@@ -449,24 +424,6 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
             else:
                 copy_into(robots.target[i], robots.waypoint[i])
                 circle[:] = 0.0
-
-
-@vectorized
-def keep_right(robots: GuidanceState) -> None:
-    """Set the target of each robot in a periodic world: the goal, or a point to the right of the next frontal robot.
-
-    Circles of more robots are of no use there: encounters never end.
-    """
-    n = len(robots.radius)
-    found = np.empty((n, 4))
-    circle = np.zeros(4)
-    rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present)
-    for i in range(n):
-        copy_into(robots.target[i], robots.goal[i])
-        put_nearest_images(i, robots, rows)
-        if predicted_encounters(i, KEEP_RIGHT_COSINE, robots, rows, found) > 0 and found[0, 0] < KEEP_RIGHT_TIME:
-            circle_around(robots.radius[i], found, 1, circle)
-            tangent_target(i, robots, circle, robots.target[i])
 
 
 @kernel

@@ -53,8 +53,6 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     content |= {} if scenario.guided else {"guided": False}
     content |= {"early": True} if scenario.early else {}
     content["holds"] = [float(hold) for hold in scenario.holds]
-    if scenario.period is not None:
-        content["period"] = [float(x) for x in scenario.period]
     end = scenario.start + scenario.duration + scenario.horizon
     robots = [_robot(robot, scenario.start, end) for robot in scenario.robots]
     content |= {"robot": robots[0]} if len(robots) == 1 else {"robots": robots}

@@ -606,7 +606,6 @@ class ScenarioSpec(_Decided):  # type: ignore[misc]  # derived
     occlusion: NotNegative = 0.0
     hidden_speed: NotNegative = 0.0
     passive_safety: NotNegative = 0.0
-    period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
 
 
 class CasesSpec(Model):

@@ -17,8 +17,7 @@ from slalom.model.shape import round_shape
 from slalom.obstacle import Obstacle
 from slalom.sim.measure.closest_approach import (
     ClosestApproach,
-    closest_image,
-    nearest_images,
+    closest_to,
     positions_at,
     single_robot_view,
 )
@@ -95,7 +94,7 @@ def side(recording: Recording, robot: Which = None) -> float:
     The kind of an encounter is that at its start, see `keeps_side`.
     """
     run = single_robot_view(recording, robot)
-    others = [image for one in run.obstacles if not one.at_rest for image in nearest_images(run, 0, one)]
+    others = [one for one in run.obstacles if not one.at_rest]
     return float(all(keeps_side(run, other) for other in others))
 
 
@@ -108,7 +107,7 @@ def loss_of_well_clear(recording: Recording, robot: Which = None) -> float:
     end = float(run.times[run.steps_of(0)][-1])
     times = np.arange(float(run.times[0]), end, CLEAR_STEP)
     lost = np.zeros(len(times), np.bool_)
-    for obstacle in [image for one in run.obstacles if not one.at_rest for image in nearest_images(run, 0, one)]:
+    for obstacle in [one for one in run.obstacles if not one.at_rest]:
         there = _there(obstacle, times)
         t = times[there]
         path = obstacle.trajectory
@@ -225,7 +224,7 @@ def _nearest(recording: Recording, robot: Which) -> ClosestApproach:
 def _closest(run: Recording, other: Obstacle) -> ClosestApproach:
     """Return the closest approach of the positions of a single robot and an obstacle."""
     point = round_shape(0.0, run.dimension)
-    return closest_image(replace(run, shapes=(point,)), 0, Obstacle(point, other.trajectory, other.name))
+    return closest_to(replace(run, shapes=(point,)), 0, Obstacle(point, other.trajectory, other.name))
 
 
 def _there(obstacle: Obstacle, times: Array) -> Flags:

@@ -14,12 +14,9 @@ from slalom.base.checks import Array
 from slalom.base.registry import Kind, Registry
 from slalom.decision import Outcome
 from slalom.kernels.arrays import Indices
-from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import between
 from slalom.sim.measure.closest_approach import (
     between_robots,
     nearest_clearances,
-    nearest_images,
     positions_at,
     single_robot_view,
 )
@@ -223,15 +220,10 @@ def failures_to_progress(recording: Recording, robot: Which = None) -> float:
     return float((distance[:-1] - distance[1:] < PROGRESS_DISTANCE).sum())
 
 
-def _bodies(recording: Recording) -> list[Obstacle]:
-    """Return all obstacles; in a periodic world, their images that are nearest at some time of the run."""
-    return [image for obstacle in recording.obstacles for image in nearest_images(recording, 0, obstacle)]
-
-
 def _clearances_at_steps(recording: Recording) -> Array:
     """Return the clearance (T + 1,) [m] to the nearest obstacle at each step; inf without obstacles."""
     nearest = np.full(len(recording.times), np.inf)
-    for obstacle in _bodies(recording):
+    for obstacle in recording.obstacles:
         first, last = obstacle.trajectory.span
         present = (recording.times >= first) & (recording.times <= last)
         if np.any(present):
@@ -257,7 +249,7 @@ def min_time_to_collision(recording: Recording, robot: Which = None) -> float:
     """Least time to collision [s] over the steps: clearance over closing speed of approaching pairs; inf if none."""
     run = single_robot_view(recording, robot)
     least = np.inf
-    for obstacle in _bodies(run):
+    for obstacle in run.obstacles:
         first, last = obstacle.trajectory.span
         present = (run.times >= first) & (run.times <= last)
         times = run.times[present]
@@ -353,7 +345,7 @@ def side_flips(recording: Recording, robot: Which = None) -> float:
     Walls and other obstacles of several parts have no passing side.
     """
     recording, total = single_robot_view(recording, robot), 0
-    for obstacle in [image for o in recording.obstacles for image in nearest_images(recording, 0, o)]:
+    for obstacle in recording.obstacles:
         first, last = obstacle.trajectory.span
         present = (recording.times >= first) & (recording.times <= last)
         if recording.dimension == 3 or len(obstacle.shape.parts) > 1 or not np.any(present):
@@ -378,21 +370,10 @@ def flips_between(recording: Recording, rule: Passing = PASSING) -> tuple[Indice
             relative_position = recording.positions[:, j] - recording.positions[:, i]
             velocity = recording.velocities[:, i] - recording.velocities[:, j]
             contact_distance = recording.shapes[i].bounding_radius + recording.shapes[j].bounding_radius
-            for shift in _images(recording, relative_position, velocity, rule):
-                sides = passing_sides(relative_position + shift, velocity, contact_distance, rule)
-                flips[i, j] += _flips(sides)
-                steps[i, j] += np.count_nonzero(sides)
+            sides = passing_sides(relative_position, velocity, contact_distance, rule)
+            flips[i, j], steps[i, j] = _flips(sides), np.count_nonzero(sides)
             flips[j, i], steps[j, i] = flips[i, j], steps[i, j]
     return flips, steps
-
-
-def _images(recording: Recording, position: Array, velocity: Array, rule: Passing) -> Array:
-    """Return displacements (m, 2) [m] of the other robot's images that may satisfy `rule`; only 0 without a period."""
-    if recording.period is None:
-        return np.zeros((1, 2))
-    # A closest approach within `ahead` at a cosine above `towards` bounds the distance.
-    max_distance = rule.ahead * float(np.linalg.norm(velocity, axis=1).max()) / max(rule.towards, 1e-3)
-    return between(-max_distance - position.max(axis=0), max_distance - position.min(axis=0), recording.period)
 
 
 def heading_variation(recording: Recording, robot: Which = None, moving: float = MOVING_SHARE) -> float:

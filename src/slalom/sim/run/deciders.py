@@ -62,7 +62,7 @@ class SingleRobotDecider:
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)
         self._observer = Observer(scenario.sight, scenario.obstacles) if scenario.sight else None
-        self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
+        self._table = ObstacleTable(scenario.obstacles)
 
     def decide(self, now: float) -> Decisions:
         if np.isinf(self.states.appeared[0]):
@@ -73,7 +73,7 @@ class SingleRobotDecider:
         if self._observer is not None:
             obstacles: Obstacles = self._observer.look(state, self.scenario.obstacles, now, goal.position(now))
         else:
-            obstacles = self._table or self.scenario.around(state, now, self.method)
+            obstacles = self._table
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)
         return Decisions({0: self.decision.outcome.name}, {0: perf_counter() - before})
 
@@ -123,7 +123,6 @@ class FleetDecider:
             obstacles=scenario.obstacles,
             period=scenario.dt * scenario.steps_per_decision,
             priority=[robot.priority for robot in robots],
-            world_period=scenario.period,
             observation_delay=scenario.sight_delay,
             observation_noise=scenario.sight_noise,
             sight=scenario.sight,
@@ -181,7 +180,7 @@ class PeerDecider:
     Raises:
         InvalidInput: the peer's package is not installed; a scenario in space, a robot that is not a disc or has
             other limits than a maximum speed and acceleration, an obstacle that the peer cannot avoid; robots that
-            observe each other late or inexactly; a periodic world.
+            observe each other late or inexactly.
     """
 
     def __init__(self, scenario: Scenario, peer: Peer) -> None:
@@ -281,10 +280,6 @@ def _refuse(scenario: Scenario, peer: Peer) -> None:
     for name in ("sight_noise", "sight_delay", "sight_loss", *SIGHT):
         if found := scenario.settings[name]:
             raise InvalidInput(f"{name}: expected 0 for {peer.name}, whose observations are exact; found {found:g}")
-    if scenario.period is not None:
-        raise InvalidInput(
-            f"period: expected none for {peer.name}, whose world is not periodic; found {scenario.period}"
-        )
     for robot in scenario.robots:
         _refuse_robot(robot, peer)
 

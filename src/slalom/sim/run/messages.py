@@ -12,7 +12,6 @@ from slalom.fleet.observation import Information
 from slalom.fleet.settings import Policy
 from slalom.kernels.arrays import Flags, Indices
 from slalom.kernels.decision.tables import RobotTable
-from slalom.obstacle.periodic import to_nearest
 from slalom.sim.scenario import Scenario
 
 FRESH: Final = 3.0
@@ -70,7 +69,7 @@ class Messages(Information):
         speeds = [max(r.limits.max_speed, float(np.linalg.norm(r.state.velocity))) for r in robots]
         ends = [longest_manoeuvre(scenario, method, k) for k in range(n)]
         ranges = np.array([v * end + r.shape.bounding_radius for v, end, r in zip(speeds, ends, robots, strict=True)])
-        self.max_speed, self.world_period = np.array(speeds), scenario.period
+        self.max_speed = np.array(speeds)
         self.apart = ranges[:, None] + ranges[None, :] + scenario.margin
         # If i and j are within `apart` by a message no older than FRESH * delay, their distance has stayed below `far`
         # since: with v the maximum speed it was at most apart + 2 v * age. Condition 2 then holds with the right.
@@ -123,7 +122,7 @@ class Messages(Information):
         for sent, sender, receiver, handovers, decided in self._in_transit.pop(self.step, []):
             for known, news in ((self.handovers, handovers), (self.known_decisions, decided), (self.received, sent)):
                 known[receiver, sender] = np.maximum(known[receiver, sender], news)
-        distance = self._distance(positions[:, None] - positions[None, :])
+        distance = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
         self.was_far[distance > self.far] = self.step
         np.fill_diagonal(self.received, self.step)
         self._positions[self.step] = positions.copy()
@@ -173,17 +172,11 @@ class Messages(Information):
         """The oldest step whose messages are still the last that some robot received."""
         return int(self.received[~np.eye(len(self.received), dtype=bool)].min())
 
-    def _distance(self, displacement: Array) -> Array:
-        """Distances (...) [m] for displacements (..., 3) [m]; to the nearest image in a periodic world."""
-        if self.world_period is not None:
-            displacement = displacement + to_nearest(displacement, self.world_period)
-        return np.asarray(np.linalg.norm(displacement, axis=-1))
-
     def _least_distance(self, i: int) -> Array:
         """Lower bounds (n,) [m] of the distances from robot i, by the last messages that it received."""
         last = np.array([self._positions[int(step)][j] for j, step in enumerate(self.received[i])])
         age = self.step - self.received[i]
-        distance = self._distance(self._positions[self.step][i] - last)
+        distance = np.linalg.norm(self._positions[self.step][i] - last, axis=-1)
         return np.asarray(distance - self.max_speed * self.period * age)
 
 
