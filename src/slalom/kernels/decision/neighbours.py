@@ -163,7 +163,6 @@ def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, ro
     return met[:count]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Cell list of robots: those that a robot can meet are found in its own and the neighbouring cells.
 #
 # The cost for each robot then does not grow with their number. Robots that cannot meet decide at the same time, each

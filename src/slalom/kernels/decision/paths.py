@@ -11,10 +11,8 @@ from slalom.kernels.geometry.cubic import copy_into, curvature, restrict, slope,
 from slalom.kernels.jit import inlined, kernel, squared
 
 FOLLOWING_ERROR: Final = 1e-9
-"""[m, m/s] A robot within this of its committed manoeuvre follows it exactly, up to rounding.
-
-Larger: errors of execution go unnoticed up to it. Smaller: committed paths move by rounding at every decision.
-"""
+"""[m, m/s] A robot within this of its committed manoeuvre follows it exactly, up to rounding. Larger: errors of
+execution go unnoticed up to it. Smaller: committed paths move by rounding at every decision."""
 
 
 @kernel

@@ -20,16 +20,12 @@ from slalom.kernels.arrays import (
 )
 
 RESPONSE_WINDOWS: Final = 48
-"""[1] Windows of the horizon in which the motion under one response is bounded; a multiple of 2 BALL_WINDOWS.
-
-Larger: fewer pieces of obstacles are tested for a response, at more cost of the bounds. Smaller: the contrary.
-"""
+"""[1] Windows of the horizon in which the motion under one response is bounded; a multiple of 2 BALL_WINDOWS. Larger:
+fewer pieces of obstacles are tested for a response, at more cost of the bounds. Smaller: the contrary."""
 
 BALL_WINDOWS: Final = 6
-"""[1] Windows of the horizon, each with a bounding ball of every observed path and reachable set.
-
-Larger: tighter balls that cost more to test. Smaller: more robots that cannot be met are examined.
-"""
+"""[1] Windows of the horizon, each with a bounding ball of every observed path and reachable set. Larger: tighter balls
+that cost more to test. Smaller: more robots that cannot be met are examined."""
 
 
 class TabulatedResponse:
@@ -241,7 +237,7 @@ FOLLOW_VELOCITY = 1
 FOLLOW_ACCELERATION = 2
 MIXED = 3
 IN_PYTHON = 4
-"""Objectives by number. MIXED has parts of the first three, see `Objectives`; IN_PYTHON is called, see `callback`."""
+"""Objectives by number. MIXED has parts of the first three, see `Objectives`; IN_PYTHON is called, see CALLBACK."""
 
 PREFERRED = 0
 COST = 1

@@ -20,28 +20,21 @@ from slalom.kernels.guidance.grid import (
 from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, RobotRows
 from slalom.kernels.jit import kernel, squared, vectorized
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Filter that discards robots which cannot affect robot i before the exact test. It passes all that matter, few others.
 
 
 FILTER_SLACK: Final = 1e-6
-"""[1] Relative excess of squared distances and of times in the filter, for its rounding.
-
-Larger: more robots pass. Smaller than rounding: robots on the border of the exact test are discarded.
-"""
+"""[1] Relative excess of squared distances and of times in the filter, for its rounding. Larger: more robots pass.
+Smaller than rounding: robots on the border of the exact test are discarded."""
 
 CIRCLE_ENTRY: Final = 2.0
-"""[1] Robots within this many of their radii of a traffic circle, or on their way there, are counted on it.
-
-Larger: robots that only pass enlarge the circle. Smaller: robots that enter are counted late.
-"""
+"""[1] Robots within this many of their radii of a traffic circle, or on their way there, are counted on it. Larger:
+robots that only pass enlarge the circle. Smaller: robots that enter are counted late."""
 
 CIRCLE_ARC: Final = 1.57
 """[1] Robots count on a traffic circle if their distances from its centre differ by this many of its radii, or less.
-
 That is a quarter of its circumference. Larger: robots that are there at other times enlarge the circle, in large crowds
-without end. Smaller: robots in the same queue have different circles and meet frontally (docs/design/0008).
-"""
+without end. Smaller: robots in the same queue have different circles and meet frontally (docs/design/0008)."""
 
 
 @kernel
@@ -136,88 +129,58 @@ def list_candidates(rows: RobotRows) -> int:
     return count
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Traffic circles: robots whose straight paths would meet pass the common point counterclockwise.
-
-
 ENCOUNTER_DISTANCE: Final = 1.3
-"""[1] Two robots encounter each other if they would come nearer than this many times the sum of their radii.
-
-Larger: robots form traffic circles that they do not need. Smaller: near misses slow robots down (docs/design/0008).
-"""
+"""[1] Two robots encounter each other if they would come nearer than this many times the sum of their radii. Larger:
+robots form traffic circles that they do not need. Smaller: near misses slow robots down (docs/design/0008)."""
 
 ENCOUNTER_SHARE: Final = 0.999
 """[1] Share of the path to the waypoint on which encounters count. At the waypoint itself a robot stops instead.
-
-Larger: above 1 a robot circles around its own goal. Smaller: encounters near the waypoint are noticed later.
-"""
+Larger: above 1 a robot circles around its own goal. Smaller: encounters near the waypoint are noticed later."""
 
 SAME_DIRECTION_COSINE: Final = 0.7
-"""[1] Robots whose directions have a larger cosine than this follow or overtake each other: no encounter.
-
-Larger: converging robots form traffic circles. Smaller: crossing robots no longer do.
-"""
+"""[1] Robots whose directions have a larger cosine than this follow or overtake each other: no encounter. Larger:
+converging robots form traffic circles. Smaller: crossing robots no longer do."""
 
 CIRCLE_ROOM: Final = 1.2
 """[1] Radius of a traffic circle as a share of the radius on which its robots fit side by side (CIRCLE_SPACING).
-
-Larger: a longer way around it. Smaller: robots block each other on it (docs/design/0008).
-"""
+Larger: a longer way around it. Smaller: robots block each other on it (docs/design/0008)."""
 
 CIRCLE_SPACING: Final = 2.2
-"""[1] Length of a traffic circle per robot, as a multiple of its radius: one diameter and a tenth.
-
-Larger: a longer way around. Below 2: robots on the circle overlap.
-"""
+"""[1] Length of a traffic circle per robot, as a multiple of its radius: one diameter and a tenth. Larger: a longer way
+around. Below 2: robots on the circle overlap."""
 
 CIRCLE_OWN_RADIUS: Final = 0.5
-"""[1] Share of a robot's own radius that is added to the radius of a traffic circle fitted to others.
-
-Larger: longer ways. Smaller: a large robot cuts into the circle of small ones.
-"""
+"""[1] Share of a robot's own radius that is added to the radius of a traffic circle fitted to others. Larger: longer
+ways. Smaller: a large robot cuts into the circle of small ones."""
 
 CIRCLE_DRIFT: Final = 0.05
-"""[1] Share of the way to the mean position of its robots by which the centre of a traffic circle moves in one step.
-
-It holds while the number of robots does not grow. Larger: the centre follows each robot that joins, and robots leave
-too early. Smaller: the centre stays at the first encounter, beside the later ones.
-"""
+"""[1] Share of the way to the mean position of its robots by which the centre of a traffic circle moves in one step. It
+holds while the number of robots does not grow. Larger: the centre follows each robot that joins, and robots leave too
+early. Smaller: the centre stays at the first encounter, beside the later ones."""
 
 CIRCLE_SPEED: Final = 0.1
 """[1] Share of its maximum speed above which a robot within a traffic circle is counted even if it moves outwards.
-
-Larger: slow robots on the circle are not counted. Smaller: robots at rest within it are.
-"""
+Larger: slow robots on the circle are not counted. Smaller: robots at rest within it are."""
 
 CIRCLE_CENTRE: Final = 1e-6
-"""[m] A robot nearer than this to the centre of a traffic circle has no tangent, and moves to its waypoint.
-
-Larger: more robots lose their circle. Smaller: the direction of the tangent is rounding.
-"""
+"""[m] A robot nearer than this to the centre of a traffic circle has no tangent, and moves to its waypoint. Larger:
+more robots lose their circle. Smaller: the direction of the tangent is rounding."""
 
 CIRCLE_TOLERANCE: Final = 0.5
-"""[m] Tolerance of targets on the tangent of a traffic circle. They move on at each step, so none is driven to.
-
-Larger: a robot may count such a target as reached and slow down. Smaller: nothing changes.
-"""
+"""[m] Tolerance of targets on the tangent of a traffic circle. They move on at each step, so none is driven to. Larger:
+a robot may count such a target as reached and slow down. Smaller: nothing changes."""
 
 CIRCLE_PATIENCE: Final = 1.0
-"""[s] A robot that has been blocked for longer leaves its traffic circle and moves to its waypoint.
-
-Larger: robots block each other on circles for longer. Smaller: robots leave circles that would have worked.
-"""
+"""[s] A robot that has been blocked for longer leaves its traffic circle and moves to its waypoint. Larger: robots
+block each other on circles for longer. Smaller: robots leave circles that would have worked."""
 
 TANGENT_DISTANCE: Final = 2.0
-"""[1] Least distance of a target on the tangent of a traffic circle, as a multiple of the radius of the circle.
-
-Larger: no gain. Smaller: a robot near the circle brakes for its target.
-"""
+"""[1] Least distance of a target on the tangent of a traffic circle, as a multiple of the radius of the circle. Larger:
+no gain. Smaller: a robot near the circle brakes for its target."""
 
 WAYPOINT_TOLERANCE: Final = 0.1
-"""[1] A waypoint before the goal is reached within this share of the robot's radius.
-
-Larger: robots rest beside waypoints that count as reached, without sight of the next one. Smaller: no gain.
-"""
+"""[1] A waypoint before the goal is reached within this share of the robot's radius. Larger: robots rest beside
+waypoints that count as reached, without sight of the next one. Smaller: no gain."""
 
 
 @kernel
