@@ -36,7 +36,6 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.perception.crowd import AvoidingCrowd
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Compilation on request: everything that a use of slalom needs, before the first decision needs it.
 
 
@@ -241,15 +240,12 @@ def _timed(name: str) -> float:
     return perf_counter() - before
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Counted work per second of a computer, which relates the budget of a decision to time.
 
 
 WORK_DECISIONS: Final = 300
-"""[1] Decisions from which the counted work in a second of a computer is measured.
-
-Larger: a more exact figure that takes longer, about 0.3 ms for each decision. Smaller: a less exact one.
-"""
+"""[1] Decisions from which the counted work in a second of a computer is measured. Larger: a more exact figure that
+takes longer, about 0.3 ms for each decision. Smaller: a less exact one."""
 
 
 def work_per_second() -> float:

@@ -35,7 +35,6 @@ with Extra("navground", __name__):
 
 __all__ = ["PROPERTIES", "Slalom", "SlalomFleet"]
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Numerical constants of the adapter for navground.
 
 
@@ -57,7 +56,6 @@ AT_REST = 1e-3
 """[m/s] An agent slower than this turns on the spot. Larger: it turns while it still brakes."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The motion that two driven wheels can give to a point ahead of their axle (input-output linearisation).
 #
 # The point moves in every direction (Siciliano, Sciavicco, Villani and Oriolo, *Robotics*, Springer 2009, section
@@ -124,7 +122,6 @@ def arc_of(displacement: Array, lead: float) -> tuple[float, float]:
     return chord / float(np.sinc(half / np.pi)), 2.0 * half
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # One agent of navground: the point that it controls, the velocity that it desires, and twists that move the point.
 #
 # An agent of two driven wheels is controlled at a point ahead of the axle, see `PointAhead`.
@@ -233,7 +230,6 @@ def turn(member: SlalomFleet, dt: float) -> core.Twist2:
     return core.Twist2((0.0, 0.0), 0.0, core.Frame.relative)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What agents of navground observe: walls and discs at rest, and neighbours that are no members of their fleet.
 #
 # Neighbours have no identity in navground. A neighbour is a member of the fleet if its centre is within its radius of
@@ -281,7 +277,6 @@ def neighbours(members: Sequence[SlalomFleet], shift: Array, now: float, dt: flo
     return Tracks(positions + shift, velocities, radii if found else 0.0, now)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Agents that decide together when the first of them is asked.
 
 
@@ -370,7 +365,6 @@ def _fleet(members: list[SlalomFleet], motions: list[Motion], dt: float) -> Flee
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Behaviours of navground, which finds them by the entry point group `navground_behaviors`.
 
 

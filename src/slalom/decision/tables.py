@@ -41,11 +41,9 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 
 SAME_POSITION: Final = 1e-6
-"""[m] Robots that overlap and are nearer to each other than this leave in directions by their numbers.
-
-Larger: robots next to each other leave in directions that have nothing to do with their positions. Smaller than the
-rounding of positions: robots that start at one position stay together.
-"""
+"""[m] Robots that overlap and are nearer to each other than this leave in directions by their numbers. Larger: robots
+next to each other leave in directions that have nothing to do with their positions. Smaller than the rounding of
+positions: robots that start at one position stay together."""
 
 GOLDEN_ANGLE: Final = 2.399963229728653
 """[rad] Angle between the directions of robots that follow each other by number: no two directions are near."""
@@ -249,21 +247,16 @@ def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
     return Path(times[: count + 1].copy(), points[:count].copy()[..., :dimension], np.zeros(count))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The responses of robots as tables, from which the compiled policy decides.
 
 
 LINEAR_RESPONSE: Final = 1e-9
-"""[1, m] Relative and absolute error up to which the motion under a response counts as linear in the state.
-
-Larger: a response that is not linear is predicted wrongly. Smaller: rounding refuses a linear one.
-"""
+"""[1, m] Relative and absolute error up to which the motion under a response counts as linear in the state. Larger: a
+response that is not linear is predicted wrongly. Smaller: rounding refuses a linear one."""
 
 TABLE_SPEED: Final = 100.0
-"""[m/s] The tables of responses whose motion is not cubic are within INTERPOLATION up to this speed.
-
-Larger: more pieces in every table. Smaller: the motion of faster robots is less exact than the clearance assumes.
-"""
+"""[m/s] The tables of responses whose motion is not cubic are within INTERPOLATION up to this speed. Larger: more
+pieces in every table. Smaller: the motion of faster robots is less exact than the clearance assumes."""
 
 
 @lru_cache(maxsize=64)
@@ -409,7 +402,6 @@ def _peaks(r: int, response: Response, horizon: float, dimension: int) -> list[t
     return rows
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The bodies of obstacles and robots, grown by the shapes of robots, from which the compiled policy decides.
 
 

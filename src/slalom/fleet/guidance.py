@@ -18,59 +18,41 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
 
 HALF_DIAGONAL: Final = 0.7
-"""[cell] Half the diagonal of a cell, rounded down: within it the clearance is hardly larger by more.
-
-Larger: paths through cells along walls that are occupied. Smaller: ways just wide enough along a wall count as closed.
-"""
+"""[cell] Half the diagonal of a cell, rounded down: within it the clearance is hardly larger by more. Larger: paths
+through cells along walls that are occupied. Smaller: ways just wide enough along a wall count as closed."""
 
 ARRIVAL_LOST: Final = 2.0
-"""[1] A robot at its goal no longer counts as arrived beyond this many tolerances from it.
-
-Guidance moves robots away from their goals to let others pass. Nearer to 1: robots that move aside by a little are no
-longer parked. Larger: a robot that was moved away stays there and counts as arrived.
-"""
+"""[1] A robot at its goal no longer counts as arrived beyond this many tolerances from it. Guidance moves robots away
+from their goals to let others pass. Nearer to 1: robots that move aside by a little are no longer parked. Larger: a
+robot that was moved away stays there and counts as arrived."""
 
 GUIDED_ROBOTS_PER_THREAD: Final = 250
-"""[1] Fewest robots whose targets are worth a thread; a target takes about a tenth of the time of a decision.
-
-Smaller: threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target.
-"""
+"""[1] Fewest robots whose targets are worth a thread; a target takes about a tenth of the time of a decision. Smaller:
+threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target."""
 
 SEARCHES_PER_THREAD: Final = 4
-"""[1] Fewest robots whose searches for waypoints are worth a thread: one search takes 3 us to several ms.
-
-Smaller: threads take longer to start than their robots to search. Larger: fewer cores are used. It changes no waypoint.
-"""
+"""[1] Fewest robots whose searches for waypoints are worth a thread: one search takes 3 us to several ms. Smaller:
+threads take longer to start than their robots to search. Larger: fewer cores are used. It changes no waypoint."""
 
 WAYPOINT_INTERVAL: Final = 5
-"""[decisions] From one search for the waypoint of a robot to the next; each robot searches at another decision.
-
-Larger: cheaper steps, later reactions to robots that have parked in the way. Smaller: more searches per step.
-"""
+"""[decisions] From one search for the waypoint of a robot to the next; each robot searches at another decision. Larger:
+cheaper steps, later reactions to robots that have parked in the way. Smaller: more searches per step."""
 
 GRID_CELL: Final = 0.7
-"""[1] Width of the cells of the grid of waypoints, as a share of the smallest robot's radius.
-
-Larger: passages that a robot fits through are closed. Smaller: more cells, slower searches.
-"""
+"""[1] Width of the cells of the grid of waypoints, as a share of the smallest robot's radius. Larger: passages that a
+robot fits through are closed. Smaller: more cells, slower searches."""
 
 GRID_CELLS: Final = 400
-"""[1] Most cells along a side of that grid: a larger scene has wider cells.
-
-Larger: finer grids of large scenes, with a memory and a time of search that grow with the square.
-"""
+"""[1] Most cells along a side of that grid: a larger scene has wider cells. Larger: finer grids of large scenes, with a
+memory and a time of search that grow with the square."""
 
 GRID_BORDER: Final = 4.0
-"""[1] Width of the border around all robots, goals and obstacles at rest in that grid, in largest radii.
-
-Smaller: no cells for a path around an obstacle at the edge of the scene. Larger: more cells that no path uses.
-"""
+"""[1] Width of the border around all robots, goals and obstacles at rest in that grid, in largest radii. Smaller: no
+cells for a path around an obstacle at the edge of the scene. Larger: more cells that no path uses."""
 
 PARKED_SPEED: Final = 0.05
-"""[m/s] A robot at its goal that is slower than this is parked: waypoints lead around it.
-
-Larger: robots that still brake are obstacles of the search. Smaller: a robot that drifts at its goal blocks others.
-"""
+"""[m/s] A robot at its goal that is slower than this is parked: waypoints lead around it. Larger: robots that still
+brake are obstacles of the search. Smaller: a robot that drifts at its goal blocks others."""
 
 
 Outlines: TypeAlias = list[tuple[shapely.Geometry, float]]

@@ -16,35 +16,25 @@ from slalom.kernels.decision.tables import ARRIVE, NO_CLAIMS, Claims, RobotTable
 from slalom.obstacle import Obstacle
 
 CLAIM_AFTER: Final = 1.5
-"""[1] A robot claims its way after so many times of those in which it reaches its largest speed.
-
-Larger: robots that block each other lose time. Smaller: robots leave ways that would soon be free.
-"""
+"""[1] A robot claims its way after so many times of those in which it reaches its largest speed. Larger: robots that
+block each other lose time. Smaller: robots leave ways that would soon be free."""
 
 CLAIM_LENGTH: Final = 3.0
-"""[1] Length of a claimed way in distances that the robot drives at its largest speed in the time to reach it.
-
-Larger: robots move aside that leave by themselves. Smaller: they move aside late.
-"""
+"""[1] Length of a claimed way in distances that the robot drives at its largest speed in the time to reach it. Larger:
+robots move aside that leave by themselves. Smaller: they move aside late."""
 
 CLAIM_GROWTH: Final = 0.03
-"""[1] Rate at which the claimed way gets wider on either side, as a share of the largest speed.
-
-With 0, robots enclose each other: 1 of 60 passed a doorway. With 0.07, robots in a room were pushed into its corners.
-Larger: more robots move aside. Smaller: outer robots make place later.
-"""
+"""[1] Rate at which the claimed way gets wider on either side, as a share of the largest speed. With 0, robots enclose
+each other: 1 of 60 passed a doorway. With 0.07, robots in a room were pushed into its corners. Larger: more robots move
+aside. Smaller: outer robots make place later."""
 
 HELD_UP_SPEED: Final = 0.3
-"""[1] A robot that comes nearer to its target at less than this share of its largest speed is held up.
-
-Larger: robots that pass others slowly claim their ways. Smaller: robots that creep claim none.
-"""
+"""[1] A robot that comes nearer to its target at less than this share of its largest speed is held up. Larger: robots
+that pass others slowly claim their ways. Smaller: robots that creep claim none."""
 
 CLAIM_RECOVERY: Final = 10.0
-"""[1] The time for which a robot has been held up falls so many times faster than it rises.
-
-Larger: a robot that starts loses its right of way at once. With 2, claims of 10 s and more outlast their cause.
-"""
+"""[1] The time for which a robot has been held up falls so many times faster than it rises. Larger: a robot that starts
+loses its right of way at once. With 2, claims of 10 s and more outlast their cause."""
 
 
 class Standing(NamedTuple):

@@ -136,7 +136,6 @@ def unpack(message: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
     return fields, arrays
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Pages with the renderer: one file with its data, and the page of the server.
 
 
@@ -194,7 +193,6 @@ def live_page(title: str, runs: int = 1) -> str:
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The `scene`, `frames` and `series` messages: what does not move, what moves, and measurements over time.
 
 

@@ -43,7 +43,6 @@ from slalom.sim.run.deciders import FleetDecider, SingleRobotDecider
 from slalom.sim.run.simulate import Run, by_name
 from slalom.sim.scenario import Scenario
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The log of a run.
 
 
@@ -90,21 +89,16 @@ def decided_again(scenario: Scenario, method: Method, steps: Sequence[Step], see
         yield found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What a robot knew at a decision: its own values, and those that its fleet holds.
 
 
 VIEW_SAMPLES: Final = 33
-"""[1] Times at which a view samples predicted paths over the horizon.
-
-Larger: smoother curves and larger files. Smaller: corners become visible in curved paths.
-"""
+"""[1] Times at which a view samples predicted paths over the horizon. Larger: smoother curves and larger files.
+Smaller: corners become visible in curved paths."""
 
 VIEW_PREDICTED: Final = 60
-"""[1] Most obstacles and robots whose predicted paths a view shows, the nearest ones.
-
-Larger: larger files and slower drawing. Smaller: fewer predicted paths in crowds; the control obstacle counts all.
-"""
+"""[1] Most obstacles and robots whose predicted paths a view shows, the nearest ones. Larger: larger files and slower
+drawing. Smaller: fewer predicted paths in crowds; the control obstacle counts all."""
 
 
 class Other(NamedTuple):
@@ -268,7 +262,6 @@ def _place(obstacle: Obstacle, now: float) -> Array:
     return obstacle.trajectory.position(float(np.clip(now, *obstacle.trajectory.span)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A decision in the control space that is drawn.
 
 

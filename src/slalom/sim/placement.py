@@ -16,10 +16,8 @@ from slalom.model.trajectory import Stationary
 from slalom.sim.scenario import Robot
 
 MAX_TRIES: Final = 10_000
-"""[1] Rejected positions in a row after which an area of random positions counts as full.
-
-Larger: slower refusals. Smaller: areas are refused with less than about half their area covered.
-"""
+"""[1] Rejected positions in a row after which an area of random positions counts as full. Larger: slower refusals.
+Smaller: areas are refused with less than about half their area covered."""
 
 
 def random_positions(

@@ -45,7 +45,6 @@ from slalom.obstacle.pieces import outline_parts
 from slalom.perception.sight import FULL_TURN, OCCLUSIONS, Sight
 from slalom.sim.shape_distance import clearances
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Settings as numbers, for `--set`, studies and files: limited sight and flags in a scenario stand for some of them.
 
 
@@ -137,7 +136,6 @@ def refuse_sight(sight: Sight | None, dimension: int, robots: int) -> None:
         raise InvalidInput(f"sight: expected no hidden speed for several robots, found {sight.hidden_speed:g} m/s")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Goals at rest that an obstacle at rest covers for all time: no robot reaches them.
 
 
@@ -173,10 +171,6 @@ def _near(obstacle: Obstacle, t: float, positions: dict[int, Array], shapes: Seq
     places = np.array(list(positions.values()))
     away = np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
     return [k for k, distance in zip(positions, away.tolist()) if distance <= shapes[k].bounding_radius]
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# A scenario: robots, obstacles and the settings of a run.
 
 
 MAX_STEPS: Final = 10_000_000

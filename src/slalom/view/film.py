@@ -351,7 +351,6 @@ def _position(obstacle: Obstacle, t: float) -> Array:
     return obstacle.trajectory.position(t) if obstacle.exists(t) else np.full(obstacle.dimension, np.nan)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Videos of pictures, encoded by PyAV.
 
 

@@ -147,7 +147,6 @@ def _legend(ax: Axes, recording: Recording, with_goals: bool) -> None:
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Figure of a recorded run: one decision of a single robot, or tracks for several robots or a peer.
 
 
@@ -223,7 +222,6 @@ def refuse_unfit(robots: int, contender: Method | Peer, at: float | None, names:
             raise InvalidInput(f"{option}: expected a figure of a decision, found one of the tracks of {found}")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Picture of robots and obstacles at one time, for environments that show each step.
 
 

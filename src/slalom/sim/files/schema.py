@@ -55,7 +55,6 @@ from slalom.sim.files.parts import (
 from slalom.sim.files.patterns import GOALS, LAYOUTS, generator
 from slalom.sim.files.yaml_errors import Mistakes
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Model of the recording in a scenario file, the agents of which are obstacles.
 
 
@@ -120,7 +119,6 @@ def number_or_text(text: str) -> float | str:
         return text
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Models of the robots and obstacles of scenario files: one for each mapping in them.
 
 
@@ -267,7 +265,6 @@ class ObstacleSpec(Shaped):
     trajectory: TrajectoryModel
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Model of a group of robots in a scenario file, and the robots that it stands for.
 
 
@@ -555,10 +552,6 @@ def _overrides(
         else:
             found[k] = at, {key: value for key, value in one.items() if key != "robot" and value is not None}
     return found if len(mistakes.mistakes) == before else None
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Model of a scenario file.
 
 
 Areas = dict[str, LayoutModel]

@@ -24,16 +24,12 @@ METRIC: Final = 1e-4
 """[m] Accuracy of recorded least clearances. Smaller: slower metrics; must stay below COLLISION."""
 
 DEPTH_RESOLUTION: Final = 1e-3
-"""[s] Shortest interval in the search for the recorded penetration depth of overlapping bodies.
-
-Larger: less depth is found. Smaller: slower metrics of runs with collisions.
-"""
+"""[s] Shortest interval in the search for the recorded penetration depth of overlapping bodies. Larger: less depth is
+found. Smaller: slower metrics of runs with collisions."""
 
 BLOCK_STEPS: Final = 16
-"""[1] Steps of a recording that one bounding ball covers in the broad phase of the clearance between robots.
-
-Larger: larger balls, so more steps are examined. Smaller: more balls. The clearance is the same.
-"""
+"""[1] Steps of a recording that one bounding ball covers in the broad phase of the clearance between robots. Larger:
+larger balls, so more steps are examined. Smaller: more balls. The clearance is the same."""
 
 
 class ClosestApproach(NamedTuple):
@@ -303,7 +299,6 @@ def _deviation_by_rotation(obstacle: Obstacle, pair: Pair, a: Array, b: Array) -
     return np.where(change < 1.0, 0.25 * max_radius * change**2, 2.0 * max_radius)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Clearances of a recorded run to its obstacles, where bounding balls show that few of them can be the nearest.
 #
 # The motion of a robot during a block of steps lies within a ball, and so does each part of an obstacle. The distances
@@ -400,7 +395,6 @@ def _bounds(recording: Recording, robot: int, balls: Balls, parts: PartBalls) ->
     return low, np.where(parts.there & whole, high, np.inf).min(axis=1)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Recording of one robot of a run, with the other robots as obstacles.
 
 

@@ -24,19 +24,15 @@ from slalom.sim.measure.closest_approach import (
 from slalom.sim.measure.recording import Recording, Which
 
 COURSE_RATE: Final = float(np.radians(0.05))
-"""[rad/s] Rate of turn above which a step counts as a turn: 3 degrees per minute.
-
-Larger: slow turns of ships are no turns. Smaller: corrections of the course of fractions of a degree count.
-"""
+"""[rad/s] Rate of turn above which a step counts as a turn: 3 degrees per minute. Larger: slow turns of ships are no
+turns. Smaller: corrections of the course of fractions of a degree count."""
 
 COURSE_CHANGE: Final = float(np.radians(5.0))
 """[rad] Change of course that is the action of a stand-on vessel. Larger: late actions. Smaller: corrections count."""
 
 CROSSING_RANGE: Final = 5556.0
-"""[m] Distance within which a crossing ahead of another vessel breaks the rules: 3 NM.
-
-Larger: crossings far ahead of it, which do not impede it, count. Smaller: close ones of fast ships do not.
-"""
+"""[m] Distance within which a crossing ahead of another vessel breaks the rules: 3 NM. Larger: crossings far ahead of
+it, which do not impede it, count. Smaller: close ones of fast ships do not."""
 
 CLEAR_STEP: Final = 0.1
 """[s] Interval of the samples of well clear; the time without is exact to this for each loss. Smaller: slower."""
@@ -131,7 +127,6 @@ def not_well_clear(position: Array, velocity: Array, limits: WellClear = WELL_CL
     return np.asarray(lost & (np.abs(position[:, 2:]) <= limits.height).all(axis=1))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Sides of the International Regulations for Preventing Collisions at Sea (COLREG), rules 13 to 17.
 
 
@@ -210,7 +205,6 @@ def keeps_side(run: Recording, other: Obstacle) -> bool:
     return True
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Parts of the metrics.
 
 

@@ -31,7 +31,6 @@ from slalom.sim.measure.encounters import (
 from slalom.sim.measure.recording import Recording, RunSummary, Which
 from slalom.sim.shape_distance import clearances
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Metrics of one robot of a recording: one pure function per metric, with definitions from the literature.
 #
 # Francis et al. 2023 (arXiv:2306.16740, table 1) for stalled time, failure to progress, path length, SPL, space
@@ -45,43 +44,31 @@ COLLISION: Final = 1e-3
 """[m] A recorded collision is a clearance below minus this. It separates contact from overlap in metrics."""
 
 ADJUSTMENT: Final = 0.05
-"""[m/s^2] Change of the applied acceleration from one step to the next that counts as an adjustment.
-
-The paper counts adjustments without naming a threshold; 0.05 is the value of published comparisons.
-"""
+"""[m/s^2] Change of the applied acceleration from one step to the next that counts as an adjustment. The paper counts
+adjustments without naming a threshold; 0.05 is the value of published comparisons."""
 
 STALLED_SPEED: Final = 0.05
-"""[m/s] Speed below which a robot is stalled in metrics, as in Francis et al. (arXiv:2306.16740).
-
-Larger: slow robots count as stalled. Smaller: robots that drift do not.
-"""
+"""[m/s] Speed below which a robot is stalled in metrics, as in Francis et al. (arXiv:2306.16740). Larger: slow robots
+count as stalled. Smaller: robots that drift do not."""
 
 PROGRESS_DISTANCE: Final = 0.1
 """[m] A robot that approaches its goal by less than this within PROGRESS_TIME fails to progress (Francis et al.).
-
-Larger: slow approaches are failures. Smaller: a robot that only drifts makes progress.
-"""
+Larger: slow approaches are failures. Smaller: a robot that only drifts makes progress."""
 
 PROGRESS_TIME: Final = 5.0
-"""[s] Length of the intervals in which progress is measured (Francis et al.).
-
-Larger: fewer intervals, short stops are forgiven. Smaller: each stop is a failure.
-"""
+"""[s] Length of the intervals in which progress is measured (Francis et al.). Larger: fewer intervals, short stops are
+forgiven. Smaller: each stop is a failure."""
 
 PERSONAL_SPACE: Final = 0.5
 """[m] Clearance required for space compliance (Francis et al.). Larger: a smaller share of the steps complies."""
 
 CLOSING_INTERVAL: Final = 1e-6
-"""[s] Time step of the finite difference that gives the closing speed of bodies with corners.
-
-Larger: the nearest corners may change within it. Smaller: rounding of the clearance enters the speed.
-"""
+"""[s] Time step of the finite difference that gives the closing speed of bodies with corners. Larger: the nearest
+corners may change within it. Smaller: rounding of the clearance enters the speed."""
 
 METRIC_SPEED: Final = 1e-9
 """[m/s] Slowest speed with a direction, and slowest approach to an obstacle that counts, in the metrics of a run.
-
-Larger: slow motion counts as rest. Smaller: rounding has a direction.
-"""
+Larger: slow motion counts as rest. Smaller: rounding has a direction."""
 
 
 def extra_time(recording: Recording, robot: Which = None) -> float:
@@ -279,17 +266,14 @@ def without_safe_choice(recording: Recording, robot: Which = None) -> float:
     return sum(name not in ("CLEAR", "CONSTRAINED", "KEPT") for name in made) / len(made) if made else 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Measures of oscillation: changes of the passing side, of the heading, and of the committed manoeuvre.
 #
 # Each measure is a pure function of a recording and one robot, see `robot_metrics`; `flips_between` is of all pairs.
 
 
 MOVING_SHARE: Final = 0.1
-"""[1] A robot moves, and has a heading, if it is faster than this share of its maximum speed.
-
-Larger: turns at low speed are omitted. Smaller: robots that oscillate almost at rest accumulate hundreds of radians.
-"""
+"""[1] A robot moves, and has a heading, if it is faster than this share of its maximum speed. Larger: turns at low
+speed are omitted. Smaller: robots that oscillate almost at rest accumulate hundreds of radians."""
 
 
 class Passing(NamedTuple):
@@ -398,10 +382,6 @@ def changed_choices(recording: Recording, robot: Which = None) -> float:
     return sum(name not in ("KEPT", "CONTINUED") for name in made) / len(made) if made else 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Metrics of a recording: those of all robots, the table of all metrics, and the summary of a run.
-
-
 def arrived(recording: Recording | RunSummary) -> float:
     """1 if all robots reached their goals within the duration, else 0."""
     return float(np.all(np.isfinite(recording.arrived)))
@@ -483,9 +463,8 @@ METRICS: Final = Registry[Callable[[Recording], float]](
         )
     },
 )
-"""Metrics by name; packages add to them by entry points of the group slalom.metrics.
-
-Those of one robot take a parameter `robot`, the others are of all robots."""
+"""Metrics by name; packages add to them by entry points of the group slalom.metrics. Those of one robot take a
+parameter `robot`, the others are of all robots."""
 
 
 def summary(recording: Recording) -> dict[str, Any]:

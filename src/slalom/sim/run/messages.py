@@ -15,11 +15,9 @@ from slalom.kernels.decision.tables import RobotTable
 from slalom.sim.scenario import Scenario
 
 FRESH: Final = 3.0
-"""[1] A robot never waits for a message newer than one that is no older than this many times the largest delay.
-
-Larger: pairs count as far only at larger distances, so more pairs need their right. Smaller: a robot waits more often
-after lost messages. It has no part in safety.
-"""
+"""[1] A robot never waits for a message newer than one that is no older than this many times the largest delay. Larger:
+pairs count as far only at larger distances, so more pairs need their right. Smaller: a robot waits more often after
+lost messages. It has no part in safety."""
 
 
 class Message(NamedTuple):

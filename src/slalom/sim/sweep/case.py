@@ -33,7 +33,6 @@ from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import SETTINGS, Scenario
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Files of test cases; a study runs one case per seed.
 
 
@@ -64,10 +63,6 @@ def refuse_more(name: str, count: int, seeds: int) -> None:
     """Raise InvalidInput if a study has more seeds than the file has cases."""
     if seeds > count:
         raise InvalidInput(f"seeds: expected at most {count}, the cases of {name}; found {seeds}")
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# One run of a sweep, and everything that its result depends on.
 
 
 ABOVE: Final = ("__main__.py", "adapters", "cli", "computer.py", "live", "paper", "view")
