@@ -47,7 +47,6 @@ def of_run(run: Recording) -> str:
     return digest(run.digest(), [metric(first) for metric in METRICS.values()])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Runs: scenario, settings, methods.
 
 ALONE: dict[str, dict[str, float]] = {
@@ -240,7 +239,6 @@ def runs() -> Iterator[tuple[Callable[..., tuple[str, Recording]], tuple[Any, ..
         yield scene_from_file, (path,)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Single answers: exact choices, boundaries, clearances; vehicles that follow; studies.
 
 RESPONSES: tuple[slalom.Response, ...] = (
@@ -405,9 +403,6 @@ def several_futures() -> tuple[Found, Counter[str]]:
             outcomes[decision.outcome.name] += 1
             found += [decision.manoeuvre.position(np.linspace(0.0, 4.0, 9)), np.array([decision.given_up])]
     return {"several futures": digest(*found)}, outcomes
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 
 
 def one(job: tuple[Callable[..., Any], tuple[Any, ...]]) -> tuple[Found, Counter[str]]:

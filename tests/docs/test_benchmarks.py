@@ -187,7 +187,6 @@ def test_agents_in_a_building_are_measured(tmp_path: Path) -> None:
     assert done.stdout.count(": left out, because jupedsim") == 2 * (find_spec("jupedsim") is None)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Best settings of baselines.
 
 

@@ -205,7 +205,6 @@ def test_fleets_of_two_processes_avoid_what_they_publish() -> None:
     assert np.linalg.norm(positions - targets, axis=1).max() < 0.3
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Settings that fleets, scenarios and vehicles share with a navigator.
 
 

@@ -327,7 +327,6 @@ def test_walls_one_by_one_and_together_lead_to_the_same_motion() -> None:
     assert np.linalg.norm(found[0] - (-0.7, -0.43)) < 0.2
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The defaults of a fleet are those of the simulator.
 
 

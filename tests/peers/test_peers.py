@@ -88,7 +88,6 @@ def fake(answer=None, **fields) -> tuple[Peer, list[Answering]]:
     return Peer("fake", begin, "Fake.", "Nobody 2000", "nothing", **fields), begun
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The table and the extra.
 
 
@@ -141,7 +140,6 @@ def test_nothing_is_imported_before_it_is_asked_for():
     assert done.stdout.splitlines()[-1] == "set()"
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Laws of every run.
 
 
@@ -254,7 +252,6 @@ def test_the_ring_of_fifty():
     assert bare["collisions"] > 10
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Parameters.
 
 CHANGED = {
@@ -324,7 +321,6 @@ def test_parameters_that_a_method_refuses(given):
         simulate(crowd_of(), given)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Paths.
 
 AROUND = PathGoal([(0, 0), (0, 4), (8, 4), (8, 0)], [1.5, 1.5, 0.8, 0.8], 0.3)
@@ -372,7 +368,6 @@ def test_the_target_on_a_path_is_that_of_its_step():
     assert beside[0] > 0.3
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What a peer is told, and what is done with its answer.
 
 
@@ -467,7 +462,6 @@ def test_recordings_of_peers_are_saved(tmp_path):
     assert Recording.load(tmp_path / "run.h5").digest() == run.digest()
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles as they are seen.
 
 
@@ -507,7 +501,6 @@ def test_discs_are_where_they_are_now():
     assert all(len(each) == 0 for each in discs([WALLS["a line"]], 0.0))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What is known of navground.
 
 
@@ -541,7 +534,6 @@ def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
     assert chosen[0] * preferred[0, 1] - chosen[1] * preferred[0, 0] == pytest.approx(0.0, abs=1e-5)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The command line.
 
 

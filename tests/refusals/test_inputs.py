@@ -1872,7 +1872,6 @@ def test_errors_have_one_base() -> None:
     assert (type(sent), str(sent), sent.mistakes) == (InvalidFile, str(error), error.mistakes)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Refused wherever it is found, as long as it is one clear error of the library.
 
 ANYWHERE = {

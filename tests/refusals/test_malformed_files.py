@@ -181,7 +181,6 @@ def test_every_kind_of_file_has_its_mutations() -> None:
     assert CHUNKS * MUTATIONS * len(KINDS) >= 2000
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Files made to hang, to crash or to flood.
 
 
@@ -271,7 +270,6 @@ def test_steps_too_short_for_a_velocity_are_refused_with_their_line(tmp_path: Pa
         read_recording(path)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # HDF5. Recordings that a reader of HDF5 takes, but that contradict themselves, are in test_inputs.
 
 

@@ -203,10 +203,6 @@ def test_track_is_sampled_often_enough_and_exactly() -> None:
     np.testing.assert_allclose(positions[np.argmin(np.abs(times - 1.25))], at_one_second_and_a_quarter)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Closest approaches.
-
-
 def brute(recording: Recording, obstacle: Obstacle, step: float = 1e-5) -> tuple[float, float]:
     """Least clearance and its time on samples `step` apart, from the definitions alone."""
     first, last = obstacle.trajectory.span

@@ -29,7 +29,6 @@ import dnv_encounters  # noqa: E402
 KNOT, MILE = 1852.0 / 3600.0, 1852.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Metrics against slow derivations in plain numbers.
 
 
@@ -197,7 +196,6 @@ def test_a_vessel_without_others_keeps_all_sides() -> None:
     assert metrics.loss_of_well_clear(replace(run, obstacles=())) == 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Well clear against its definition, and against the output of DAIDALUS.
 
 
@@ -255,7 +253,6 @@ def test_intruders_of_daidalus_are_the_volume_of_well_clear(case: int) -> None:
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Scenario files with cases.
 
 CASES = """\
@@ -343,9 +340,6 @@ def test_every_case_is_a_seed(tmp_path: Path) -> None:
     assert (table["deterministic"], table["methods"]["nao"]["runs"]) == (False, 3)
     assert found["range"] == [min(nearest), max(x for x in nearest if x < math.inf)]
 
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Encounters of other authors.
 
 TABLE = """180; 270; 0; 45; 180 270; 350 315; 0 315; 180 270; 330 270; 270 15; 90 330; 180 315 350; 180 10 45;
 350 315 270; 0 315 270; 45 90 270; 0 10 315; 225 345 330; 15 345 225; 0 345 270; 345 15 270; 0 315 270"""

@@ -167,7 +167,6 @@ def test_intervals_are_those_of_the_literature():
         assert high - low == pytest.approx(2 * t * values.std(ddof=1) / np.sqrt(n), rel=4e-3)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Several scenarios.
 
 
@@ -244,7 +243,6 @@ def test_backends_do_not_matter(backend: str) -> None:
     assert json.dumps(one) == json.dumps(two)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Lists of values, seeds of files, and tables.
 
 
@@ -351,7 +349,6 @@ def test_tables_are_the_same_as_csv_data_frame_and_latex() -> None:
     assert "scenario: head_on duration=0.3; " in told
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Interrupted.
 
 
@@ -442,7 +439,6 @@ def test_a_sweep_whose_program_is_killed_twice_says_the_same(tmp_path: Path) -> 
     assert len(list(tmp_path.glob("store/*.json"))) == 400
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Study files.
 
 STUDY = """\

@@ -46,7 +46,6 @@ BICYCLES = {
 VEHICLES = {**{f"drive, {k}": v for k, v in DRIVES.items()}, **{f"bicycle, {k}": v for k, v in BICYCLES.items()}}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Oracles, from the equations of motion and from polygons.
 
 
@@ -182,7 +181,6 @@ def wall(*points, radius: float = 0.02) -> Obstacle:
     return Obstacle(Polyline(list(points), radius), Stationary((0.0, 0.0)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Driving, and limits.
 
 
@@ -251,10 +249,6 @@ def test_further_limits_of_a_drive_hold() -> None:
     assert 0.6 < np.abs(run.speeds).max() <= 0.7 + 1e-6
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Arrivals.
-
-
 @pytest.mark.parametrize("bearing", draws([1.5, 0.0, 3.1, -2.0], 2))
 @pytest.mark.parametrize("name", draws(["drive, service", "drive, with lag", "bicycle, robot", "bicycle, with lag"], 4))
 def test_goals_on_all_sides_are_reached_from_rest(name: str, bearing: float) -> None:
@@ -319,10 +313,6 @@ def test_the_same_input_gives_the_same_bits() -> None:
         runs = [driven(robot, [rock], at(4.0, 0.0, heading=heading), Pose((0, 0), 0.2), 30) for _ in range(2)]
         one, other = (np.array([pose.motion for pose in run.poses]) for run in runs)
         assert one.tobytes() == other.tobytes()
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# The body.
 
 
 @pytest.mark.parametrize("kind", ["drive", "bicycle"])
@@ -446,7 +436,6 @@ def test_a_body_that_overlaps_leaves(vehicle, place: tuple[float, float]) -> Non
     assert gaps[-1] > 0.05
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Narrow places, and others that move.
 
 CORNER = [wall((0.8, -6.0), (0.8, 0.3))]
@@ -493,7 +482,6 @@ def test_a_vehicle_stops_on_its_way_for_a_body_that_crosses_and_goes_on() -> Non
     assert least_gap(run, robot, [*walls, crossing], 1e-3) > 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Goals with a heading.
 
 
@@ -549,7 +537,6 @@ def test_points_refuse_goals_with_headings() -> None:
         navigator.decide(State((0.0, 0.0), (0.0, 0.0)), [], at(1.0, 0.0, heading=1.0))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Parts.
 
 
