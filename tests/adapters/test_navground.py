@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slalom.base.errors import InvalidInput
 from slalom.model.state import State
 
 core = pytest.importorskip("navground.core", reason="the package navground is not installed")
@@ -134,13 +133,6 @@ def test_the_body_is_grown_by_all_that_the_plan_may_be_off():
     assert agents.motion_of(on(OMNI), PERIOD).growth == pytest.approx(within)
 
 
-def test_a_lead_below_zero_is_refused():
-    agent = on(WHEELS)
-    agent.lead = -0.01
-    with pytest.raises(InvalidInput, match="lead: expected"):
-        agents.motion_of(agent, PERIOD)
-
-
 @pytest.mark.parametrize("kinematics", [OMNI, WHEELS])
 def test_a_fleet_moves_to_its_targets_without_a_collision(kinematics):
     result = run([(6, "type: SlalomFleet")], CROSS, kinematics)
@@ -160,30 +152,6 @@ def test_one_agent_among_others_of_navground(kinematics):
     result = run([(1, "type: Slalom"), (5, "type: HL")], CROSS, kinematics)
     assert len(result.collisions) == 0
     assert np.mean(result.efficacy[:, 0]) > 0.4
-
-
-def test_other_kinematics_are_refused():
-    agent = core.Behavior.make_type("Slalom")
-    agent.kinematics = core.kinematics.AheadKinematics(0.2)
-    agent.radius, agent.optimal_speed = 0.1, 0.1
-    agent.prepare()
-    with pytest.raises(InvalidInput, match="kinematics: expected omnidirectional"):
-        agent.compute_cmd_internal(0.1)
-
-
-def test_a_fleet_of_which_an_agent_is_moved_at_once_is_refused():
-    agents = [core.Behavior.make_type("SlalomFleet") for _ in range(2)]
-    for k, agent in enumerate(agents):
-        agent.kinematics = core.kinematics.OmnidirectionalKinematics(0.2, 1.0)
-        agent.radius, agent.optimal_speed, agent.position = 0.1, 0.1, (k, 0.0)
-        agent.prepare()
-    for agent in agents:
-        agent.compute_cmd_internal(0.1)
-    agents[1].position = (5.0, 0.0)
-    with pytest.raises(InvalidInput, match="SlalomFleet: expected a world that does not repeat"):
-        agents[0].compute_cmd_internal(0.1)
-    for agent in agents:
-        agent.close()
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,6 @@ from slalom import (
     Tracks,
     Union,
 )
-from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ADMISSIBLE
 from slalom.decision.settings import FleetSettings
 from slalom.sim import Robot, Scenario, gallery, simulate
@@ -201,12 +200,6 @@ def test_bounds_are_along_the_headings() -> None:
         assert speed > 0.05
         assert decided.velocities[0, 1] >= (least - ADMISSIBLE) * speed
         assert (decided.velocities[0, 0] < 0.9 * decided.velocities[0, 1]) == (heading is not None)
-
-
-def test_headings_are_checked() -> None:
-    fleet = Fleet(METHODS["nao"], Disc(0.4), Limits(1.0, 2.0), robots=2)
-    with pytest.raises(InvalidInput, match="headings: expected"):
-        fleet.step(0.0, np.zeros((2, 2)), np.zeros((2, 2)), np.ones((2, 2)), headings=[0.0])
 
 
 def test_robots_join_and_leave() -> None:

@@ -54,11 +54,6 @@ def test_mistakes_are_named(content: str, message: str, tmp_path: Path) -> None:
         read_polynomials(write(tmp_path, content))
 
 
-def test_no_file(tmp_path: Path) -> None:
-    with pytest.raises(InvalidFile, match="expected a readable CSV file"):
-        read_polynomials(tmp_path / "none.csv")
-
-
 def test_planned_drone_flights() -> None:
     """Real planner output of degree 7, where it is at hand."""
     files = sorted(RECORDED.glob("*/pp*.csv"))

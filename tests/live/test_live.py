@@ -209,18 +209,6 @@ def test_a_refused_command_is_answered_by_a_sentence(command: dict[str, object],
     assert kinds(session.answer({"do": "look", "step": 0})) == ["control"]
 
 
-def test_unknown_commands_and_runs_without_steps_are_refused(run: Recording, tmp_path: Path) -> None:
-    session = Session(crossing(), method("nao"))
-    with pytest.raises(InvalidInput, match="do: expected one of look"):
-        session.answer({"do": "fly"})
-    with pytest.raises(InvalidInput, match=r"ending in \.html"):
-        export(run, tmp_path / "run.pdf")
-    with pytest.raises(InvalidInput, match="robot: expected one of 0 to 0"):
-        export(run, tmp_path / "run.html", robot=1)
-    with pytest.raises(InvalidInput, match="sight_noise: expected 0 in a file"):
-        scenario_text(crossing().with_settings({"sight_noise": 0.1}))
-
-
 def test_edits_do_what_they_say() -> None:
     scenario = crossing()
     away = dragged(scenario, "obstacle", 0, (1.0, 2.0)).obstacles[0].trajectory

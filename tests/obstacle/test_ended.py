@@ -21,7 +21,6 @@ from slalom import (
     Navigator,
     Obstacle,
     ObstacleTable,
-    ObstacleWindow,
     PiecewisePolynomial,
     Sampled,
     Sight,
@@ -133,11 +132,6 @@ def test_the_uncertainty_of_a_continued_obstacle_grows_from_the_end() -> None:
     assert same.bodies(ROBOT).pieces.radius[0] == pytest.approx(0.1, abs=1e-6)
 
 
-def test_windows_refuse_what_has_ended() -> None:
-    with pytest.raises(InvalidInput, match=r"obstacle 'person': expected a trajectory that is known at 6 s"):
-        ObstacleWindow([person(5.0)], 6.0, 4.0)
-
-
 def test_agents_leave_a_scenario() -> None:
     """In a simulation what is true is known: the robot goes where the agent was, and the run says so."""
     robot = Robot(ROBOT, LIMITS, State((0.0, 0.0), (0.0, 0.0)), GOAL)
@@ -155,11 +149,6 @@ def test_what_continues_continues_in_a_scenario() -> None:
     agent = Obstacle(PERSON, Sampled([0.0, 2.0], [(6.0, 3.0), (6.0, 2.0)]), "agent", after_end="continues")
     scenario = Scenario("continues", (robot,), (agent,))
     np.testing.assert_allclose(scenario.obstacles[0].trajectory.position(6.0), (6.0, 0.0), atol=1e-12)
-
-
-def test_another_word_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"expected one of unknown, continues, leaves; found 'vanishes'"):
-        Obstacle(PERSON, Stationary((0.0, 0.0)), after_end="vanishes")
 
 
 @pytest.mark.parametrize("any_motion", [False, True])

@@ -232,13 +232,6 @@ def test_walls_are_not_run_into(name, wall):
     assert metrics.min_clearance(run) >= -2e-3
 
 
-@pytest.mark.parametrize("name", ["hrvo", "hrvo_limited"])
-def test_walls_that_are_not_seen_are_refused(name):
-    behind = Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS["a line"],))
-    with pytest.raises(InvalidInput, match=r"obstacle 'line': .* \(discs\), found a polyline that is at rest"):
-        simulate(behind, peer(name))
-
-
 @pytest.mark.draw(3)
 def test_the_ring_of_fifty():
     """What others measured of RVO2 with a clamp at 2 m/s^2 and 30 % larger robots: no collision; without them, many."""
@@ -304,21 +297,6 @@ def test_a_time_horizon_of_navground_is_that_of_its_orca_too():
 def test_parameters_that_are_refused(name, message):
     with pytest.raises(InvalidInput, match=f"^{re.escape(message)}"):
         contender(name)
-
-
-def test_a_peer_without_parameters_says_so():
-    plain, _ = fake()
-    assert plain.parameters == {}
-    with pytest.raises(InvalidInput, match=r"^method: expected fake alone, which has no parameters"):
-        plain.with_parameters({"horizon": 3.0})
-
-
-@pytest.mark.parametrize("given", ["orca:horizon=0", "orca:wall_horizon=0", "orca:neighbours=0", "hl:time_horizon=0"])
-def test_parameters_that_a_method_refuses(given):
-    peer(given.partition(":")[0])
-    key = given.partition(":")[2].partition("=")[0]
-    with pytest.raises(InvalidInput, match=f"^{key}: expected"):
-        simulate(crowd_of(), given)
 
 
 # Paths.

@@ -1730,7 +1730,7 @@ OTHERS = [
         r"'RunSummary' object has no attribute 'nothing'",
         lambda _: simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False).nothing,
     ),
-    Case(Refused, "content far larger than the file", lambda folder: read_here(changed("no period", folder), 20)),
+    Case(Refused, "content far larger than the file", lambda folder: read_here(changed("a period", folder), 20)),
     Case(
         CoercionError,
         r"Invalid value for --seed: expected a whole number, found '1\.5'",

@@ -512,7 +512,6 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "sight_delay": 0.0,
             "sight_loss": 0.0,
             "sight": None,
-            "period": None,
             "parameters": {},
             "recorded": None,
             "notes": (),

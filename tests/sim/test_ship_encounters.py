@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings, strategies as st
 from metrics_by_hand import driven
 from parts import disc_or_ball
 
-from slalom import ConstantVelocity, InvalidFile, InvalidInput, Obstacle, Polygon, Rectangle, Stationary, method
+from slalom import ConstantVelocity, InvalidFile, Obstacle, Polygon, Rectangle, Stationary, method
 from slalom.io.table import sample_data
 from slalom.sim import Recording, compare, load, metrics, read_scenario, simulate
 from slalom.sim.files.scenario_writer import scenario_text
@@ -391,8 +391,3 @@ def test_encounters_of_dnv_become_cases(tmp_path: Path) -> None:
             v = ship.trajectory.initial_velocity
             assert turned(compass(*v) - float(row["course_deg"])) == pytest.approx(0.0, abs=1e-9)
             assert math.hypot(*v) == pytest.approx(float(row["speed"]))
-
-
-def test_no_case_of_that_number_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"seed: expected 0 to 3, the cases of .*daidalus\.yaml; found 4"):
-        load(str(sample_data("daidalus.yaml")), seed=4)

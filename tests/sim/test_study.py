@@ -19,7 +19,7 @@ import pytest
 from draws import draws
 from galleries import NAMES, installed, nudged
 
-from slalom import METHODS, InvalidFile, InvalidInput, SlalomError
+from slalom import METHODS, InvalidFile, SlalomError
 from slalom.io.pedestrians import read_cases
 from slalom.peers import contender
 from slalom.sim import Row, compare, compare_all, data_frame, grid, load, metrics, read_scenario, read_study, simulate
@@ -108,36 +108,6 @@ def test_a_method_named_twice_is_one_row() -> None:
     table = compare("empty", ["nao", "nao"], 1, settings={"duration": 0.2})
     assert list(table["methods"]) == ["nao"]
     assert table["methods"]["nao"]["runs"] == 1
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (
-            {"methods": ["best"]},
-            r"method: expected one of vo, rvo, .*, orca, .*; found 'best'",
-        ),
-        ({"methods": []}, r"methods: expected at least one"),
-        ({"name": "full"}, r"scenario: expected a \.yaml file or one of .*; found 'full'"),
-        ({"seeds": 0}, r"seeds: expected a whole number of 1 or more"),
-        ({"seeds": -3}, r"found -3"),
-        ({"jobs": 0}, r"jobs: expected a number of processes"),
-        ({"settings": {"wheels": 4.0}}, r"parameter of empty: expected one of .*; found 'wheels'"),
-        ({"settings": {"duration": -1.0}}, r"duration: expected a number above 0, found -1"),
-        ({"settings": {"margin": -1.0}}, r"margin: expected 0 or more, found -1"),
-    ],
-)
-def test_bad_arguments_are_refused(arguments: dict, message: str) -> None:
-    given = {"name": "empty", "methods": ["nao"], "seeds": 1, **arguments}
-    with pytest.raises(InvalidInput, match=message):
-        compare(
-            given["name"], given["methods"], given["seeds"], settings=given.get("settings"), jobs=given.get("jobs", 1)
-        )
-
-
-def test_a_file_that_is_wrong_is_refused_before_anything_runs(tmp_path: Path) -> None:
-    with pytest.raises(InvalidFile, match="expected a readable YAML file"):
-        compare(str(tmp_path / "none.yaml"), ["nao"], 100)
 
 
 @pytest.mark.parametrize("name", NAMES)
