@@ -75,11 +75,6 @@ FLEETS: dict[str, dict[str, float]] = {
 }
 METHODS_AMONG = ("vo", "rvo", "avo", "ao", "nao", "nao_shared")
 EXTRA: tuple[tuple[str, dict[str, float], str], ...] = (
-    (
-        "circle",
-        {"robots": 5.0, "radius": 5.0, "duration": 5.0, "message_delay": 0.3, "message_loss": 0.3},
-        "nao_shared",
-    ),
     ("circle", {"robots": 5.0, "radius": 5.0, "duration": 5.0, "sight_noise": 0.02, "sight_loss": 0.2}, "nao"),
     ("ring", {"robots": 6.0, "radius": 4.0, "duration": 5.0, "sight_delay": 0.2}, "nao"),
     ("ring", {"robots": 12.0, "radius": 5.0, "duration": 4.0, "replan": 0.2}, "nao"),

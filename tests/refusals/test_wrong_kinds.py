@@ -506,8 +506,6 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "patience": 0.1,
             "holds": (0.5,),
             "guided": True,
-            "message_delay": 0.0,
-            "message_loss": 0.0,
             "sight_noise": 0.0,
             "sight_delay": 0.0,
             "sight_loss": 0.0,
@@ -695,7 +693,7 @@ BY_CHECK = {
         AvoidingCrowd.distance, Reciprocity.radius, Reciprocity.doubt, Fleet.patience,
         Fleet.observation_delay, Fleet.observation_noise, ConstantVelocityFilter.acceleration,
         ControlObstacle.boundary.tolerance, select_clearest.enough, select_many.margin, Scenario.replan,
-        Scenario.margin, Scenario.patience, Scenario.message_delay, Scenario.sight_noise,
+        Scenario.margin, Scenario.patience, Scenario.sight_noise,
         Scenario.sight_delay,
         DifferentialDrive.delay,
         VehicleNavigator.margin, VehicleNavigator.patience, VehicleNavigator.reverse_after,
@@ -751,7 +749,7 @@ BY_CHECK = {
         Obstacle.name, method.name, Scenario.name, Robot.name
     """,
     "share": """
-        Scenario.message_loss, Scenario.sight_loss
+        Scenario.sight_loss
     """,
     "whole": """
         simulate.seed, FromModels.similar

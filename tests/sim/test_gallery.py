@@ -115,7 +115,7 @@ def test_robots_are_as_they_were_asked_for(name):
     for robot in scenario.robots:
         assert robot.shape.radius == 0.07
         assert robot.limits == slalom.Limits(0.9, 1.7)
-        assert robot.goal.stop == (scenario.period is None)
+        assert robot.goal.stop
         away = robot.goal.position(0.0) - robot.state.position
         wanted = 0.9 * away / np.linalg.norm(away) if name == "ring" else (0.0, 0.0)
         assert np.allclose(robot.state.velocity, wanted, atol=1e-12)

@@ -247,7 +247,7 @@ IN_ROBOT = (
 AT_TOP = (
     "name, robot, areas, flows, robots, obstacles, recording, walls, walls_unit, start, duration, dt, replan, horizon, "
     "margin, patience, holds, guided, "
-    "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
+    "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety"
 )
 IN_RECORDING = (
     "file, format, radius, agents, without, window, interpolation, gap, jump_speed, frame_rate, unit, time_unit, "

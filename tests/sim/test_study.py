@@ -270,22 +270,21 @@ def test_the_seed_of_a_run_is_added_to_the_seeds_of_its_file(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(("name", "method"), [("head_on", "nao"), ("circle", "nao"), ("circle", "nao_shared")])
 def test_settings_without_effect_change_no_run(name: str, method: str) -> None:
-    """To the bit; the messages of robots that share, and the observations of robots that do not, have an effect."""
+    """To the bit; the observations of robots that do not share have an effect."""
     given = {"duration": 1.0, **({"robots": 4.0, "radius": 4.0} if name == "circle" else {})}
-    other = {"guided": 0.0, "message_delay": 0.3, "message_loss": 0.4, "sight_noise": 0.1, "sight_delay": 0.1}
-    other |= {"sight_loss": 0.5}
+    other = {"guided": 0.0, "sight_noise": 0.1, "sight_delay": 0.1, "sight_loss": 0.5}
     whole = drawn(name, given)
     runs = {key: simulate(drawn(name, given | {key: value}), method) for key, value in other.items()}
     same = {key for key, run in runs.items() if np.array_equal(run.positions, simulate(whole, method).positions)}
     assert without_effect(whole, METHODS[method]) & other.keys() <= same
     if name == "circle":
-        assert ("message_loss" in same, "sight_noise" in same) == ((True, False) if method == "nao" else (False, True))
+        assert ("sight_noise" in same) == (method == "nao_shared")
 
 
 def test_settings_without_effect_change_no_run_of_a_peer() -> None:
     installed("orca")
     given = {"robots": 4.0, "radius": 4.0, "duration": 1.0}
-    other = {"patience": 1.0, "guided": 0.0, "early": 1.0, "message_delay": 0.3, "message_loss": 0.4, "horizon": 1.0}
+    other = {"patience": 1.0, "guided": 0.0, "early": 1.0, "horizon": 1.0}
     whole = drawn("circle", given)
     assert without_effect(whole, METHODS["vo"]) != without_effect(whole, contender("orca")) == other.keys()
     for key, value in other.items():

@@ -18,7 +18,7 @@ from slalom.perception.sight import Sight, Visibility
 class Information:
     """What the robots of a fleet know of each other: all states and all published manoeuvres, as they are now.
 
-    A simulator with late or lost messages and observations has a subclass.
+    A simulator with late or lost observations has a subclass.
     """
 
     def receive(self, table: RobotTable, now: float) -> None:

@@ -52,7 +52,7 @@ SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidd
 """Settings of scenarios that limit sight."""
 SETTINGS: Final = (
     *("start", "duration", "dt", "replan", *NUMBERS, "guided", "early"),
-    *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
+    *("sight_noise", "sight_delay", "sight_loss"),
     *SIGHT,
 )
 """Settings that every scenario has and that `--set` may change, see `Scenario.settings`."""
@@ -241,8 +241,6 @@ class Scenario(SharedSettings):
         guided: False for robots whose targets are their goals (see `Fleet`), to measure the effect of guidance. A
             single robot is never guided.
         early: whether robots avoid a collision as soon as the horizon shows it, see `Settings`.
-        message_delay: [s] largest delay of messages between robots that share their manoeuvres.
-            message_loss: share of messages that never arrive (see `Messages`).
         sight_noise: [m, m/s, m/s^2] standard deviation of observations of other robots. sight_delay: [s] their age, a
             multiple of replan or dt. sight_loss: share of observations that are lost (see `Sensing`).
         sight: limited sight of every robot; None: not limited. Obstacles at rest are known everywhere.
@@ -252,8 +250,8 @@ class Scenario(SharedSettings):
 
     Raises:
         InvalidInput: a setting outside its range, parts of different dimensions, a goal that an obstacle at rest
-            covers, or a robot that appears before the start; one that appears later with messages or observations
-            that are late or lost.
+            covers, or a robot that appears before the start; one that appears later with observations that are late or
+            lost.
     """
 
     name: str
@@ -266,8 +264,6 @@ class Scenario(SharedSettings):
     _: KW_ONLY
     guided: bool = True
     early: bool = False
-    message_delay: float = 0.0
-    message_loss: float = 0.0
     sight_noise: float = 0.0
     sight_delay: float = 0.0
     sight_loss: float = 0.0
@@ -298,10 +294,9 @@ class Scenario(SharedSettings):
         for name, mistake in unfit_times(self.duration, self.dt, self.replan, self.horizon, self.holds):
             raise InvalidInput(f"{name}: {mistake}")
         whole_periods(self.replan, self.dt)
-        for name in ("message_delay", "sight_noise", "sight_delay"):
+        for name in ("sight_noise", "sight_delay"):
             not_negative(getattr(self, name), name)
-        for name in ("message_loss", "sight_loss"):
-            share(getattr(self, name), name)
+        share(self.sight_loss, "sight_loss")
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
         refuse_sight(self.sight, self.dimension, len(self.robots))
         if self.recorded is not None:
@@ -331,7 +326,7 @@ class Scenario(SharedSettings):
                 )
         if len(self.appearances):
             name = self.robots[int(np.argmax(self.appearances))].name
-            for setting in ("message_delay", "message_loss", "sight_delay", "sight_loss"):
+            for setting in ("sight_delay", "sight_loss"):
                 if found := getattr(self, setting):
                     raise InvalidInput(f"{setting}: expected 0 as {name!r} appears after the start, found {found:g}")
 

@@ -327,7 +327,7 @@ class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no t
     that stops at its goal, which stays there.
 
     Raises:
-        InvalidInput: a world that repeats; robots whose names depend on the seed.
+        InvalidInput: robots whose names depend on the seed.
     """
 
     metadata: ClassVar[dict[str, Any]] = {

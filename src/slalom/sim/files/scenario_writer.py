@@ -22,7 +22,7 @@ from slalom.obstacle import Obstacle
 from slalom.sim.measure.hdf5 import in_files
 from slalom.sim.scenario import Robot, Scenario, numbers_of
 
-NOT_IN_FILES = ("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
+NOT_IN_FILES = ("sight_noise", "sight_delay", "sight_loss")
 """Settings that scenario files cannot hold."""
 
 

@@ -1,6 +1,6 @@
 """Metrics of a recording: those of all robots, the table of all metrics, and the summary of a run.
 
-Metrics of all robots take a recording. Metrics of one robot (`robot_metrics`) take a recording and, in a fleet, the
+Metrics of all robots take a recording. Metrics of one robot take a recording and, in a fleet, the
 name or number of the robot. Success is that of Francis et al. 2023 (arXiv:2306.16740, table 1).
 """
 
@@ -268,7 +268,7 @@ def without_safe_choice(recording: Recording, robot: Which = None) -> float:
 
 # Measures of oscillation: changes of the passing side, of the heading, and of the committed manoeuvre.
 #
-# Each measure is a pure function of a recording and one robot, see `robot_metrics`; `flips_between` is of all pairs.
+# Each measure is a pure function of a recording and one robot; `flips_between` is of all pairs.
 
 
 MOVING_SHARE: Final = 0.1

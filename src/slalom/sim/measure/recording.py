@@ -384,7 +384,7 @@ class Recording:
         """Write an HDF5 file, with navground's group and attribute names if they exist.
 
         `poses` holds the position and, last, the heading of the velocity [rad]; `twists` the velocity and, last, 0.
-        Every array has the attribute `units`, see `hdf5_units`.
+        Every array has the attribute `units`.
 
         Raises:
             InvalidFile: a file that cannot be written.

@@ -24,7 +24,6 @@ from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
 from slalom.sim.measure.responses import ResponseRow
-from slalom.sim.run.messages import messages_of
 from slalom.sim.run.states import RobotStates, sensing_of
 from slalom.sim.scenario import SIGHT, Robot, Scenario
 
@@ -106,10 +105,10 @@ class FleetDecider:
     """All robots of a run, which decide as a `Fleet`.
 
     Attributes:
-        fleet: decides. Late or lost messages and observations are its `information`.
+        fleet: decides. Late or lost observations are its `information`.
 
     Raises:
-        InvalidInput: messages with delay or loss among robots of several methods; as `Fleet`.
+        InvalidInput: as `Fleet`.
     """
 
     def __init__(self, scenario: Scenario, method: Method, seed: int = 0, threads: int | None = None) -> None:
@@ -133,12 +132,8 @@ class FleetDecider:
         )
         self._goals = [robot.goal for robot in robots]
         methods = [policy.method for policy in fleet.policies]
-        messages = [found for found in (messages_of(scenario, each, seed) for each in methods) if found]
-        if messages and len(methods) > 1:
-            names = " and ".join(each.name for each in methods)
-            raise InvalidInput(f"message_delay: expected messages without delay and loss for methods {names}")
         sensing = [found for found in (sensing_of(self.states, each, seed) for each in methods) if found]
-        fleet.information = next(iter([*messages, *sensing]), fleet.information)
+        fleet.information = next(iter(sensing), fleet.information)
 
     def decide(self, now: float) -> Decisions:
         before, states = perf_counter(), self.states
