@@ -101,7 +101,6 @@ from slalom import (
 from slalom.base import checks
 from slalom.base.errors import require
 from slalom.cli import console
-from slalom.io import table as polynomials
 from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.hdf5_child import Refused
 from slalom.io.pedestrians import read_cases, rows_of_queries
@@ -1562,28 +1561,6 @@ FILES: dict[str, Callable[[Path], object]] = {
         read_scenario, "a.yaml", "name: x"
     ),
     r"robot\.goal: expected one of": reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "tolerance: 1")),
-    r"none\.csv: expected a readable CSV file, found ": lambda folder: polynomials.read_polynomials(
-        folder / "none.csv"
-    ),
-    r"a\.csv:1:1: expected a header duration": reading(polynomials.read_polynomials, "a.csv", "t,x\n"),
-    r"a\.csv:1:1: expected a header duration,.* found 'duration,x\^0,y\^0,x\^0'": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0,x^0\n1,0,0,0\n"
-    ),
-    r"a\.csv:1:1: expected a header duration,x\^0": reading(
-        polynomials.read_polynomials, "a.csv", f"duration,x^0,y^0,x^{'9' * 5000},y^{'9' * 5000}\n1,0,0,0,0\n"
-    ),
-    r"a\.csv: expected a readable CSV file, found field larger than field limit": reading(
-        polynomials.read_polynomials, "a.csv", "duration," + "x" * 200_000
-    ),
-    r"a\.csv:2:1: expected rows after the header, found none": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n"
-    ),
-    r"a\.csv:2:1: expected 3 numbers, found '1,left,2'": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n1,left,2\n"
-    ),
-    r"a\.csv: coefficients: expected pieces that meet, found a jump": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n1,0,0\n1,5,0\n"
-    ),
     r"lone\.json: expected the other tables of nuScenes beside it, found no sample\.json, .*": lambda folder: (
         (folder / "alone").mkdir(exist_ok=True),
         (folder / "alone" / "lone.json").write_text('[{"sample_token": 1, "instance_token": 2}]'),
