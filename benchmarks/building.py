@@ -84,7 +84,6 @@ def along_routes(scenario: Scenario) -> Scenario:
     return replace(scenario, robots=tuple(led))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Runs: a recording and the number of steps that the method made.
 
 
@@ -152,7 +151,6 @@ def source(name: str) -> Source:
     return Source(by_slalom, chosen.package if isinstance(chosen, Peer) else "slalom")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Measures of a run.
 
 

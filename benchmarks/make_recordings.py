@@ -53,7 +53,6 @@ class Crossing:
 Frames = list[tuple[float, int, tuple[float, ...], float]]  # time [s], agent, position [m], radius [m]
 HALF = float(np.pi / 2)
 
-# ---------------------------------------------------------------------------------------------------------------------
 # People, by JuPedSim.
 
 
@@ -205,7 +204,6 @@ def driven_way(rng: np.random.Generator, size: float) -> np.ndarray:
     return way[: len(way) if inside.all() else int(np.argmin(inside))]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Cars and bicycles, by Eclipse SUMO.
 
 
@@ -319,7 +317,6 @@ def motorway(seed: int, rate: float) -> Frames:
     return driven(seed, nodes, edges, demand, ["--lateral-resolution", "0.4"], (110.0, 200.0), 70.0, {"car": 2.4})
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Flocks, by published rules.
 
 
@@ -394,7 +391,6 @@ def couzin(seed: int, count: int, speed: float) -> Frames:
     return found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The recordings. Seeds, densities and speeds were fixed before the first measurement.
 
 
@@ -427,7 +423,6 @@ RECORDINGS: dict[str, Made] = {
 }  # fmt: skip
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tracks, tasks and witnesses.
 
 

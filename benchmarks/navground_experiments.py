@@ -1,4 +1,4 @@
-"""navground's four experiments by its own runner and measures; writes the tables of docs/navground_tables.md.
+"""two experiments of navground by its own runner and measures; writes the tables of docs/navground_tables.md.
 
 .venv/bin/python benchmarks/navground_experiments.py --seeds 10
 
@@ -35,18 +35,13 @@ class Setting(NamedTuple):
     speed: float
     range: float
     margin: float
-    period: tuple[float, float]
 
 
 SETTINGS = {
-    "Cross": Setting(
-        "agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", 0.08, 0.12, 5.0, 0.02, (0.0, 0.0)
-    ),
+    "Cross": Setting("agent_margin: 0.1, side: 4, target_margin: 0.1, tolerance: 0.5", 0.08, 0.12, 5.0, 0.02),
     "Antipodal": Setting(
-        "position_noise: 0.005, orientation_noise: 0.01, radius: 2, tolerance: 0.2", 0.1, 0.08, 10.0, 0.01, (0.0, 0.0)
+        "position_noise: 0.005, orientation_noise: 0.01, radius: 2, tolerance: 0.2", 0.1, 0.08, 10.0, 0.01
     ),
-    "Corridor": Setting("length: 8.0, width: 0.6", 0.08, 0.12, 5.0, 0.02, (8.0, 0.0)),
-    "CrossTorus": Setting("agent_margin: 0.1, side: 4", 0.08, 0.12, 5.0, 0.02, (4.0, 4.0)),
 }
 KINEMATICS = {
     "omnidirectional": "{type: Omni, max_speed: 0.166}",
@@ -72,8 +67,7 @@ def experiment(
     groups = [
         f"{{type: thymio, number: {number}, radius: {s.radius}, control_period: 0.1, speed_tolerance: 0.02, "
         f"kinematics: {KINEMATICS[kinematics]}, state_estimation: {{type: Bounded, range: {s.range}}}, "
-        f"behavior: {{type: {kind}, optimal_speed: {s.speed}, horizon: {s.range}, safety_margin: {s.margin}"
-        f"{f', world_period: {list(s.period)}' if kind.startswith('Slalom') else ''}}}}}"
+        f"behavior: {{type: {kind}, optimal_speed: {s.speed}, horizon: {s.range}, safety_margin: {s.margin}}}}}"
         for kind, number in behaviours.items()
     ]
     scenario = f"{{type: {name}, {s.scenario}, groups: [{', '.join(groups)}]}}"
@@ -82,7 +76,7 @@ def experiment(
     return made
 
 
-def moved_into(run: sim.ExperimentalRun, agent: int, period: tuple[float, float]) -> list[tuple[int, bool]]:
+def moved_into(run: sim.ExperimentalRun, agent: int) -> list[tuple[int, bool]]:
     """The steps at which an agent is in a collision, and whether its own motion since the last step led into it.
 
     Walls do not move: into a wall an agent always moves itself.
@@ -94,20 +88,10 @@ def moved_into(run: sim.ExperimentalRun, agent: int, period: tuple[float, float]
             other = second if agent == first else first
             own = other >= poses.shape[1]
             if not own:
-                offset, motion = (
-                    nearest(poses[step - 1, [other, agent]], period),
-                    poses[step, agent] - poses[step - 1, agent],
-                )
-                own = bool(nearest(np.array([motion, np.zeros(2)]), period) @ offset > 0.0)
+                offset = poses[step - 1, other] - poses[step - 1, agent]
+                own = bool((poses[step, agent] - poses[step - 1, agent]) @ offset > 0.0)
             found.append((step, own))
     return found
-
-
-def nearest(points: Array, period: tuple[float, float]) -> Array:
-    """The shortest vector (2,) [m] from the second of two points (2, 2) [m] to an image of the first."""
-    lengths = np.where(np.array(period) > 0.0, period, np.inf)
-    offset = points[0] - points[1]
-    return np.asarray(offset - np.where(np.isfinite(lengths), lengths, 0.0) * np.round(offset / lengths))
 
 
 def make(name: str, kinematics: str, agents: str, seed: int) -> dict[str, str]:
@@ -117,7 +101,7 @@ def make(name: str, kinematics: str, agents: str, seed: int) -> dict[str, str]:
     (run,), time = made.runs.values(), process_time() - begin
     alone = len(AGENTS[agents]) > 1
     # The first group is added first: its agent has row 0.
-    met = moved_into(run, 0, SETTINGS[name].period) if alone else []
+    met = moved_into(run, 0) if alone else []
     efficacy = np.asarray(run.efficacy)[:, 0] if alone else run.efficacy
     return {
         "experiment": name,

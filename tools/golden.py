@@ -47,7 +47,6 @@ def of_run(run: Recording) -> str:
     return digest(run.digest(), [metric(first) for metric in METRICS.values()])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Runs: scenario, settings, methods.
 
 ALONE: dict[str, dict[str, float]] = {
@@ -73,16 +72,9 @@ FLEETS: dict[str, dict[str, float]] = {
     "doorway": {"robots": 6.0, "both": 1.0, "room": 4.0, "duration": 6.0},
     "navground_antipodal": {"robots": 6.0, "radius": 0.5, "duration": 6.0},
     "navground_cross": {"robots": 8.0, "side": 2.0, "duration": 6.0},
-    "navground_cross_torus": {"robots": 8.0, "side": 1.5, "duration": 5.0},
-    "navground_corridor": {"robots": 6.0, "length": 3.0, "duration": 4.0},
 }
 METHODS_AMONG = ("vo", "rvo", "avo", "ao", "nao", "nao_shared")
 EXTRA: tuple[tuple[str, dict[str, float], str], ...] = (
-    (
-        "circle",
-        {"robots": 5.0, "radius": 5.0, "duration": 5.0, "message_delay": 0.3, "message_loss": 0.3},
-        "nao_shared",
-    ),
     ("circle", {"robots": 5.0, "radius": 5.0, "duration": 5.0, "sight_noise": 0.02, "sight_loss": 0.2}, "nao"),
     ("ring", {"robots": 6.0, "radius": 4.0, "duration": 5.0, "sight_delay": 0.2}, "nao"),
     ("ring", {"robots": 12.0, "radius": 5.0, "duration": 4.0, "replan": 0.2}, "nao"),
@@ -242,7 +234,6 @@ def runs() -> Iterator[tuple[Callable[..., tuple[str, Recording]], tuple[Any, ..
         yield scene_from_file, (path,)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Single answers: exact choices, boundaries, clearances; vehicles that follow; studies.
 
 RESPONSES: tuple[slalom.Response, ...] = (
@@ -407,9 +398,6 @@ def several_futures() -> tuple[Found, Counter[str]]:
             outcomes[decision.outcome.name] += 1
             found += [decision.manoeuvre.position(np.linspace(0.0, 4.0, 9)), np.array([decision.given_up])]
     return {"several futures": digest(*found)}, outcomes
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 
 
 def one(job: tuple[Callable[..., Any], tuple[Any, ...]]) -> tuple[Found, Counter[str]]:

@@ -18,8 +18,6 @@ from slalom.sim.sweep.case import SOURCES
 from slalom.view.fleet import replay
 
 METHOD: Final = "nao"
-SHORTER: Final[Mapping[str, float]] = {"navground_cross_torus": 30.0, "navground_corridor": 30.0}
-"""[s] Duration of scenarios without an end."""
 RESOLUTION: Final = 110.0
 """[dots per inch] of the pictures."""
 INTERVAL: Final = 1.0
@@ -46,7 +44,7 @@ def page(picture: Callable[[str], tuple[str, str]]) -> str:
     for name, entry in GALLERY.items():
         address, sentence = picture(name)
         parameters = [f"- `{key}`, {value:g}: {meaning_of(name, key)}" for key, value in entry.parameters.items()]
-        command = " ".join(["slalom run", name, *_settings(name), "--figure", f"{name}.png"])
+        command = " ".join(["slalom run", name, "--figure", f"{name}.png"])
         lines += [f"## {name}", f"{entry.sentence} {sentence}"]
         lines += ["Parameters, with their defaults:", "\n".join(parameters)] if parameters else []
         lines += [f"```console\n$ {command}\n```"]
@@ -67,7 +65,7 @@ def drawn(name: str, folder: Path) -> tuple[str, str]:
     if all(path.exists() for path in (target, player, text)) and text.read_text().startswith(digest):
         return target.name, text.read_text().partition("\n")[2]
     try:
-        scenario = gallery.build(name, {"duration": SHORTER[name]} if name in SHORTER else {})
+        scenario = gallery.build(name)
     except InvalidInput as error:
         # A scenario whose people move by a package of another project.
         return "", f"Not drawn here: {error}."
@@ -85,10 +83,6 @@ def _sentence(result: Mapping[str, object]) -> str:
     ends = f"after {result['time']:.1f} s" if robots == there else f"within {result['time']:.1f} s"
     arrivals = "The robot arrived" if robots == there == 1 else f"{there} of {robots} robots arrived"
     return f"{arrivals} {ends}, {'with' if hit else 'without'} a collision."
-
-
-def _settings(name: str) -> list[str]:
-    return ["--set", f"duration={SHORTER[name]:g}"] if name in SHORTER else []
 
 
 def _digest() -> str:

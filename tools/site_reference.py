@@ -207,7 +207,6 @@ def run_files() -> str:
         ("`steps`", "T, their number"),
         ("`final_sim_time`", "[s] absolute time of the end"),
         ("`digest`", "equal for equal runs"),
-        ("`period`", "[m] of a periodic world, absent otherwise"),
         ("group `parameters`", "parameters of the gallery"),
         ("group `settings`", "settings with which the robots decided"),
         (

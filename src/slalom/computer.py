@@ -36,7 +36,6 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.perception.crowd import AvoidingCrowd
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Compilation on request: everything that a use of slalom needs, before the first decision needs it.
 
 
@@ -120,11 +119,11 @@ def fleets() -> None:
 
 
 def _simulate() -> None:
-    """Runs of fleets; in places that repeat, among walls, and of one robot."""
+    """Runs of fleets, also among walls, and of one robot."""
     from slalom.sim import gallery, simulate
 
     short = {"robots": 3.0, "duration": 0.2}
-    simulate(gallery.build("navground_cross_torus", {"duration": 0.2}), METHODS["nao"])
+    simulate(gallery.build("navground_cross", {"duration": 0.2}), METHODS["nao"])
     for scenario in ("circle", "doorway"):
         simulate(gallery.build(scenario, short), METHODS["nao_shared"])
     simulate(gallery.build("corridor", {"duration": 0.2}), METHODS["nao"])
@@ -241,15 +240,12 @@ def _timed(name: str) -> float:
     return perf_counter() - before
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Counted work per second of a computer, which relates the budget of a decision to time.
 
 
 WORK_DECISIONS: Final = 300
-"""[1] Decisions from which the counted work in a second of a computer is measured.
-
-Larger: a more exact figure that takes longer, about 0.3 ms for each decision. Smaller: a less exact one.
-"""
+"""[1] Decisions from which the counted work in a second of a computer is measured. Larger: a more exact figure that
+takes longer, about 0.3 ms for each decision. Smaller: a less exact one."""
 
 
 def work_per_second() -> float:

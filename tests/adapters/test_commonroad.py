@@ -32,7 +32,6 @@ from commonroad_dc.feasibility import solution_checker
 from commonroad_dc.feasibility.vehicle_dynamics import VehicleDynamics
 from shapely import Point, Polygon, union_all
 
-from slalom import InvalidInput
 from slalom.adapters.commonroad import MODELS, area, in_goal, solution, solve, surroundings, write
 
 pytestmark = [pytest.mark.adapters, pytest.mark.filterwarnings("ignore")]
@@ -199,14 +198,6 @@ def test_groups_and_regions_at_rest_are_obstacles() -> None:
     areas = union_all([Polygon(part.corners + o.trajectory.position(0.0)) for o in found for part in o.shape.parts])
     wanted = union_all([area(scenario.obstacle_by_id(k).occupancy_at_time(0).shape) for k in (31, 32)])
     assert areas.symmetric_difference(wanted).area < 1e-6
-
-
-def test_a_vehicle_without_a_prediction_is_refused() -> None:
-    scenario, problem = overtaking()
-    first = InitialState(position=np.array([60.0, 1.0]), orientation=0.0, velocity=5.0, time_step=0)
-    scenario.add_objects(DynamicObstacle(41, ObstacleType.CAR, Rectangle(4.5, 1.8), first))
-    with pytest.raises(InvalidInput, match="obstacle 41: expected a trajectory or occupied regions, found neither"):
-        solve(scenario, problem)
 
 
 @pytest.mark.parametrize("name", ["DEU_Gar-1_2_T-1", "USA_Lanker-1_16_T-1", "DEU_Muc-3_1_T-1", "RUS_Bicycle-3_2_T-1"])

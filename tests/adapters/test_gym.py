@@ -460,24 +460,6 @@ def test_actions_of_wrong_kinds_and_shapes_are_refused(call, said, action):
         call(action)
 
 
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda: RobotEnv("empty").reset(options=1.5), "options: expected options by name"),
-        (lambda: FleetEnv().reset(options="seed"), "options: expected options by name"),
-        (lambda: RobotEnv("empty", settings=1.5), "settings: expected numbers by name"),
-        (lambda: RobotsEnv(2, "empty").reset(seed=1.5), "seed: expected a whole number, or one for each world"),
-        (lambda: RobotEnv(lambda seed: seed), "scenario: expected a function that returns a Scenario, found 0"),
-        (lambda: SafetyFilter(None), "env: expected a RobotEnv, possibly wrapped, found None"),
-        (lambda: VectorSafetyFilter(None), "env: expected a RobotsEnv, possibly wrapped, found None"),
-        (lambda: SafetyFilter(RobotEnv("empty"), 3), "method: expected a method"),
-    ],
-)
-def test_arguments_of_wrong_kinds_are_refused(call, said):
-    with pytest.raises(InvalidInput, match=said):
-        call()
-
-
 def test_seeds_may_be_numbers_of_numpy():
     env = RobotEnv("roundabout_crossing")
     first, second = (env.reset(options={SEED: seed})[0] for seed in (3, NUMBERS[2]))

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 import shapely
 
-from slalom.base.errors import InvalidInput
-
 pytest.importorskip("irsim", reason="the package ir-sim is not installed: pip install 'slalom[irsim]'")
 
 from irsim_worlds import SHAPE, WORLDS, ran, robot
@@ -40,20 +38,6 @@ def test_settings_of_the_behaviour_count(tmp_path: Path) -> None:
     slow = ran(tmp_path, "crossing", "omni", "name: slalom, max_acceleration: 0.3")
     assert slow.hit == 0
     assert slow.time > ran(tmp_path, "crossing", "omni", "name: slalom").time
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ("amax: 2.0", "behavior: expected settings of horizon, .*, found amax"),
-        ("horizon: 0.0", "horizon: expected"),
-        ("margin: -1.0", "margin: expected"),
-        ("method: none", "method"),
-    ],
-)
-def test_other_settings_are_refused(tmp_path: Path, settings: str, message: str) -> None:
-    with pytest.raises(InvalidInput, match=message):
-        ran(tmp_path, "crossing", "omni", f"name: slalom, {settings}")
 
 
 def test_a_robot_without_a_goal_stands_and_a_reset_begins_anew(tmp_path: Path) -> None:

@@ -149,7 +149,6 @@ def test_grazing_controls_touch_and_neither_approach_nor_leave():
         assert np.all(abs((away * relative).sum(axis=1)) < 1e-5 * scale)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tables made by hand: whatever a part may be.
 
 ANGLES = np.linspace(0, 2 * np.pi, 361)[:-1]
@@ -282,7 +281,6 @@ def test_curves_are_closed_and_bound_the_region():
     assert blocked.boundary((0, 0), 4.0, tolerance=BOUNDARY * 4.0).region.equals(found.region)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # How curves are made.
 
 

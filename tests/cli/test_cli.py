@@ -76,7 +76,6 @@ def process(*tokens: str, module: bool = False, **settings) -> Said:
     return Said(done.returncode, done.stdout, but_notice(done.stderr))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # run
 
 
@@ -192,7 +191,6 @@ def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
         assert shown in Path("a.svg").read_text()
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # list, decide, compare
 
 
@@ -618,7 +616,6 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # show, export-scenario, samples, pages, progress
 
 
@@ -753,7 +750,6 @@ def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, c
     assert capsys.readouterr().err == ""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Bad input.
 
 LONG = 300 * "a"
@@ -957,7 +953,6 @@ def test_a_folder_that_cannot_be_written_to(say: Say) -> None:
     assert "/proc/slalom.h5: expected " in said.err
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The program itself.
 
 

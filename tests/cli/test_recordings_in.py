@@ -58,10 +58,6 @@ def say(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.
     return saying(capsys)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# A robot in a recording.
-
-
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_is_run(name: str, say: Say, tmp_path: Path) -> None:
     """The tracks of the file are the obstacles; what is assumed of them is said on stderr, and nothing else."""
@@ -341,10 +337,6 @@ def test_a_sweep_depends_on_every_file_that_is_read(say: Say, tmp_path: Path) ->
     assert [a == b for a, b in zip(before, digests_of("scene.yaml"))] == [True, True, True, False]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Recordings out.
-
-
 @pytest.mark.parametrize("suffix", format_of_suffix())
 def test_a_run_is_written_as_a_recording(suffix: str, say: Say) -> None:
     """Positions of the robot and of the people at the steps, to the bit; ids are kept."""
@@ -490,7 +482,6 @@ def test_conversion_of_some_agents(say: Say, tmp_path: Path) -> None:
         assert said.err.startswith(message)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Real recordings: the one that is shipped, and others where they are.
 
 

@@ -12,9 +12,7 @@ import pytest
 import slalom
 from slalom.decision.document import TRACK_FIELDS
 from slalom.decision.methods import VARIANTS
-from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
-from slalom.sim.files.scenario_writer import scenario_text
 
 WALL = slalom.Obstacle(slalom.Polyline([(3, -2), (3, 2)], 0.05), slalom.Stationary((0, 0)), "wall")
 GOAL = slalom.Goal(slalom.Stationary((8, 0)), stop=True)
@@ -155,13 +153,6 @@ def test_files_hold_all_attributes_of_obstacles(tmp_path) -> None:
     run(1, obstacles=lambda t: [WALL])[0].dump(tmp_path / "d.json")
     kept = json.loads((tmp_path / "d.json").read_text())["obstacles"][0]["obstacle"]
     assert set(kept) == {field.name for field in fields(slalom.Obstacle)}
-
-
-def test_a_scenario_file_does_not_drop_that_contact_at_rest_does_not_count() -> None:
-    passive = replace(WALL, contact_at_rest=False)
-    robot = Robot(slalom.Disc(0.3), LIMITS, slalom.State((0, 0), (0, 0)), GOAL)
-    with pytest.raises(slalom.InvalidInput, match="obstacle 'wall': expected contact_at_rest True in a file, found"):
-        scenario_text(Scenario("passive", (robot,), (passive,)))
 
 
 def test_files_hold_all_attributes_of_tracks() -> None:

@@ -282,19 +282,3 @@ def test_tracks_are_taken_and_runs_arrive() -> None:
             break
     assert np.linalg.norm(state.position - GOAL.trajectory.initial_position) < GOAL.tolerance
     assert min(gaps) > 0.0
-
-
-def test_wrong_settings_are_refused() -> None:
-    for settings, said in (
-        ({"robot": None}, "robot: expected a LookAhead"),
-        ({"margins": ()}, "margins: expected one or more, found none"),
-        ({"margins": (0.1, -1.0)}, r"margins\[1\]: expected"),
-        ({"shares": (1.0,)}, "shares: expected 4 numbers from 0 to 1, found"),
-        ({"shares": (0.0, 0.5, 1.0, 1.5)}, "shares: expected 4 numbers from 0 to 1, found"),
-        ({"shares": (0.0, -0.5, 1.0, 1.0)}, r"shares\[1\]: expected"),
-        ({"deviates": "no"}, "deviates: expected"),
-        ({"loss": -1.0}, "loss: expected"),
-        ({"spread": None}, "spread: expected an uncertainty"),
-    ):
-        with pytest.raises(InvalidInput, match=said):
-            ExpectedLoss(**{"robot": ahead(), **settings})

@@ -13,7 +13,6 @@ from slalom import (
     Decision,
     Disc,
     Goal,
-    InvalidInput,
     Limits,
     LookAhead,
     Navigator,
@@ -32,7 +31,6 @@ from slalom.forecast.forecast import FromModels
 from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled
 from slalom.obstacle.window import Obstacles, ObstacleWindow, futures, predicted
-from slalom.sim import Robot, Scenario
 from slalom.sim.files.decision_file import read_decision
 
 ROBOT, LIMITS, HORIZON = Disc(0.3), Limits(1.5, 2.0), 4.0
@@ -340,36 +338,6 @@ def test_a_file_repeats_a_decision_about_several_futures(tmp_path: Path) -> None
     assert repeated.outcome is Outcome.LIKELY
     assert repeated.inputs is not None
     assert repeated.inputs.navigator.risk == Risk(5.0, 0.05)
-
-
-@pytest.mark.parametrize("p", [0.0, -0.1, 1.1, float("nan"), float("inf")])
-def test_bad_probabilities_are_refused(p: float) -> None:
-    with pytest.raises(InvalidInput, match=r"probability: expected"):
-        future((3.0, 0.0), (0.0, 0.0), p, "a")
-    with pytest.raises(InvalidInput, match=r"probabilit.*: expected"):
-        Tracks([(3.0, 0.0)], [(0.0, 0.0)], 0.3, probabilities=[p])
-
-
-def test_futures_that_fit_nothing_are_refused() -> None:
-    too_many = [future((3.0, 0.0), (0.0, k), 0.6, "a") for k in (0.0, 1.0)]
-    for robot in robots():
-        with pytest.raises(InvalidInput, match=r"obstacle 'a': expected futures with probabilities of at most 1 toget"):
-            decided(robot, too_many)
-    with pytest.raises(InvalidInput, match="expected a name or an owner with a probability below 1, found neither"):
-        Obstacle(Disc(0.3), Stationary((3.0, 0.0)), probability=0.5)
-    with pytest.raises(InvalidInput, match="expected a probability of 1 in a scenario"):
-        Scenario("world", (Robot(ROBOT, LIMITS, STATE, GOAL),), obstacles=(future((3.0, 0.0), (0.0, 0.0), 0.5, "a"),))
-    tracks = Tracks([(3.0, 0.0)], [(0.0, 0.0)], 0.3, probabilities=[0.5])
-    with pytest.raises(InvalidInput, match="robots: expected tracks without probabilities"):
-        decided(navigator(), [], robots=tracks)
-    with pytest.raises(InvalidInput, match="futures"):
-        FromModels(futures=0)
-    with pytest.raises(InvalidInput, match="loss: expected"):
-        Risk(-1.0)
-    with pytest.raises(InvalidInput, match="likely: expected"):
-        Risk(likely=-1.0)
-    with pytest.raises(InvalidInput, match="risk: expected a Risk"):
-        navigator(risk=0.5)
 
 
 def test_pieces_of_many_predictions_are_those_of_each() -> None:

@@ -8,7 +8,6 @@ from slalom import (
     ConstantVelocity,
     Disc,
     Goal,
-    InvalidInput,
     Limits,
     LookAhead,
     Manoeuvre,
@@ -197,14 +196,6 @@ def test_time_that_jumps_forward(jump: float) -> None:
         assert np.linalg.norm(position - (3.0, 0.2)) > 1.3
 
 
-def test_delays_that_are_none_are_refused() -> None:
-    state = State((0.0, 0.0), (0.0, 0.0))
-    with pytest.raises(InvalidInput, match="delay: expected at most the horizon, 6 s, found 7 s"):
-        robot().decide(state, [], GOAL, delay=7.0)
-    with pytest.raises(InvalidInput, match="delay: expected"):
-        robot().decide(state, [], GOAL, delay=-0.1)
-
-
 @pytest.mark.parametrize("delay", [0.1, 0.25])
 def test_a_search_decides_for_the_state_at_which_its_decision_acts(delay: float) -> None:
     """The sequences of a robot that is told of the delay are those of a robot without delay."""
@@ -220,8 +211,3 @@ def test_a_search_decides_for_the_state_at_which_its_decision_acts(delay: float)
             states.append(decision.state_at(0.05 * (k + 1), states[-1], 0.05 * k))
         found[age] = np.array(controls)
     np.testing.assert_allclose(found[delay], found[0.0], atol=1e-6)
-
-
-def test_delays_of_a_search_that_are_none_are_refused() -> None:
-    with pytest.raises(InvalidInput, match="delay: expected at most the horizon, 6 s, found 7 s"):
-        LookAhead(robot("nao")).decide(State((0.0, 0.0), (0.0, 0.0)), [], GOAL, delay=7.0)

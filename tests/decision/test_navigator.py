@@ -129,10 +129,6 @@ def gaps(steps: Sequence[Step], obstacle: Obstacle) -> np.ndarray:
     return np.array([np.linalg.norm(s.state.position - obstacle.trajectory.position(s.now)) for s in steps])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Every outcome.
-
-
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("d", PLANES)
 def test_clear(d: int, method: str) -> None:
@@ -321,7 +317,6 @@ def test_outcomes_are_ordered_and_explained() -> None:
     assert all(o.value.endswith(".") for o in Outcome)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Horizons.
 
 
@@ -367,7 +362,6 @@ def test_out_of_a_wall_is_across_it() -> None:
     assert abs(x) < 1e-6
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles that appear.
 
 
@@ -412,7 +406,6 @@ def test_an_obstacle_that_vanishes_in_time_is_no_obstacle() -> None:
     assert np.array_equal(alone.manoeuvre.control, among.manoeuvre.control)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Limits that contradict each other: not safe or refused, never a wrong number.
 
 
@@ -434,7 +427,6 @@ def test_limits_that_cannot_be_obeyed(method: str, limits: Limits, obstacles: li
     assert not sound(decision, 2).outcome.safe
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Random runs: the guarantee, and the limits.
 
 
@@ -558,10 +550,6 @@ def test_a_repeat_is_the_same_to_the_bit(method: str) -> None:
     assert one.digest() == two.digest()
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Goals.
-
-
 @pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize(
     "trajectory",
@@ -623,7 +611,6 @@ def test_a_goal_beside_the_way_is_not_orbited() -> None:
         assert np.isfinite(recording.arrived[0]), method
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Wishes.
 
 
@@ -693,10 +680,6 @@ def test_mix_is_the_weighted_mean(method: str, weights: tuple[float, float]) -> 
     np.testing.assert_allclose(both, np.average(alone, axis=0, weights=weights), atol=1e-12)
     assert mixed.enough_clearance == 0.0
     assert Mix(((1.0, MostClearance(0.4, Arrive())), (1.0, Arrive()))).enough_clearance == 0.4
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Patience.
 
 
 @cache

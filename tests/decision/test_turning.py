@@ -134,10 +134,6 @@ def test_half_space_of_the_velocity_forbids_turns() -> None:
     assert Limits(4.0, 2.0, velocity_bounds=(HalfSpace((1.0, 0.0), 3.0),)).turn_rate(1.0) == 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Decisions
-
-
 def robot(limits: Limits, **settings) -> Navigator:
     return Navigator(method("nao"), Disc(settings.pop("radius", 1.0)), limits, **settings)
 
@@ -267,10 +263,6 @@ def test_responses_of_a_robot_that_must_not_stop() -> None:
             assert {type(each) for each in found} == {AccelerateThenCoast}
         assert {each.rate for each in row.turning(limits, 0.1, (0.5,))} == {-0.2, 0.2, -0.1, 0.1}
         assert any(isinstance(each, AccelerateThenStop) for each in row.responses(Limits(10.0, 2.0), 0.1, (0.5,)))
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Acting early
 
 
 @pytest.mark.parametrize("early", [True, False])

@@ -11,9 +11,7 @@ from pathlib import Path
 import pytest
 
 import slalom
-from slalom.peers import PEERS
-from slalom.sim import Scenario, read_study
-from slalom.sim.sweep.case import run_one
+from slalom.sim import read_study
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "benchmarks"
@@ -149,29 +147,11 @@ def test_the_written_page_is_that_of_the_kept_results(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_decisions_in_closed_loop_are_measured(tmp_path: Path) -> None:
-    """Apart from the page of times: five scenes, eight targets."""
-    done = called(FOLDER / "closed_loop.py", "--quick", "--out", tmp_path)
+@pytest.mark.parametrize("name", ["closed_loop", "random_fleets", "arrivals"])
+def test_programs_apart_from_the_page_of_times_run(name: str, tmp_path: Path) -> None:
+    done = called(FOLDER / f"{name}.py", "--quick", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    result = json.loads((tmp_path / "closed_loop.json").read_text())
-    assert len(result["tables"][0]["rows"]) == 5
-    assert len(result["targets"]) == 8
-
-
-@pytest.mark.slow
-def test_random_fleets_are_measured(tmp_path: Path) -> None:
-    """Apart from the page of times."""
-    done = called(FOLDER / "random_fleets.py", "--quick", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert json.loads((tmp_path / "random_fleets.json").read_text())["tables"]
-
-
-@pytest.mark.slow
-def test_arrivals_of_fleets_are_measured(tmp_path: Path) -> None:
-    """Apart from the page of times: two and three robots in four scenes."""
-    done = called(FOLDER / "arrivals.py", "--quick", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert all(target["met"] for target in json.loads((tmp_path / "arrivals.json").read_text())["targets"])
+    assert json.loads((tmp_path / f"{name}.json").read_text())["tables"]
 
 
 @pytest.mark.slow
@@ -187,43 +167,7 @@ def test_agents_in_a_building_are_measured(tmp_path: Path) -> None:
     assert done.stdout.count(": left out, because jupedsim") == 2 * (find_spec("jupedsim") is None)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Best settings of baselines.
-
-
-def test_the_first_try_of_a_method_has_the_present_settings() -> None:
-    """So that of equal tries the present settings are taken; every parameter of a grid is one of the peer."""
-    fields = Scenario.__dataclass_fields__
-    for name, grid in best_settings.OF_SCENARIO.items():
-        assert {key: values[0] for key, values in grid.items()} == {key: fields[key].default for key in grid}, name
-        parameters = PEERS[name].parameters if name in PEERS else {}
-        own = best_settings.OF_METHOD.get(name, {})
-        assert {key: values[0] for key, values in own.items()} == {key: parameters[key] for key in own}, name
-    assert set(best_settings.OF_METHOD) == set(best_settings.OF_SCENARIO) & set(PEERS)
-
-
-def test_every_combination_is_tried_once() -> None:
-    found = best_settings.tries("orca_limited")
-    assert len(found) == len({one.text for one in found}) == 3 * 3 * 2
-    assert found[0].text == "margin=0.05 orca_limited:horizon=10:wall_horizon=10"
-    assert [one.text for one in best_settings.tries("vo", 1)] == ["horizon=6 patience=0.01 margin=0.05 vo"]
-
-
-def test_settings_are_searched_one_after_another() -> None:
-    """The best of a sum of losses of each setting is found with a try for each value, the present settings first."""
-    for chosen in best_settings.tries("social_force"):
-        asked = []
-
-        def results_of(every: list, goal: best_settings.Try = chosen, asked: list = asked) -> list:
-            asked.extend(every)
-            parts = [(one.text.replace(":", " ").split(), goal.text.replace(":", " ").split()) for one in every]
-            return [best_settings.Result(1, sum(a != b for a, b in zip(*pair)), 1, 1, 1.0) for pair in parts]
-
-        every, found = best_settings.one_after_another("social_force", results_of)
-        assert best_settings.best(every, found)[0] == chosen
-        assert every == asked
-        assert every[0] == best_settings.tries("social_force")[0]
-        assert len({one.text for one in every}) == len(every) == 1 + 4 + 1 + 2 + 1
 
 
 def test_rows_of_baselines_have_the_settings_that_were_found() -> None:
@@ -256,51 +200,3 @@ def test_rows_of_baselines_have_the_settings_that_were_found() -> None:
                 ("crossing_streams", best_settings.STREAMS),
             ):
                 assert f"{best_settings.scenario_text(name, own)} {settings}" in made
-
-
-def test_collisions_count_first_then_arrivals_then_time() -> None:
-    """Of equal tries the first; a try that cannot run is never better than one that can."""
-    every = best_settings.tries("hrvo")[:3]
-    results = {
-        (0, 10, 9.0): (1, 20, 5.0),
-        (0, 11, 9.0): (0, 10, 5.0),
-        (0, 10, 8.0): (0, 10, 9.0),
-    }
-    for good, bad in results.items():
-        found = [
-            best_settings.Result(20, collisions, 20, arrived, time) for collisions, arrived, time in (bad, good, good)
-        ]
-        assert best_settings.best(every, found)[0] == every[1]
-    refused = best_settings.Result(refused="no walls")
-    assert best_settings.best(every, [refused, refused, best_settings.Result(20, 9, 20, 0, 60.0)])[0] == every[2]
-
-
-def test_a_try_is_the_sum_of_its_runs() -> None:
-    settings, one = {"duration": 4.0}, best_settings.tries("vo")[0]
-    (found,) = best_settings.results("head_on", settings, [one], (2000, 2001), 1)
-    runs = [run_one("head_on", {**settings, **one.settings}, "vo", seed) for seed in (2000, 2001)]
-    assert found.collisions == sum(run["collisions"] for run in runs)
-    assert found.arrived == sum(run["arrived"] for run in runs)
-    assert found.time == sum(run["time"] for run in runs) / 2
-    assert best_settings.summed([runs[0], "horizon: expected more"]).refused == "horizon: expected more"
-
-
-def test_best_settings_are_written_and_printed_as_a_row(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Lines of other methods stay in the file; the printed row is that of a study, with settings of each method."""
-    file, tokens = tmp_path / "new" / "best.csv", ["--quick", "--scenario", "head_on", "--set", "duration=1"]
-    for methods in (["vo", "dwa"], ["vo", "nao"]):
-        capsys.readouterr()
-        monkeypatch.setattr(sys, "argv", ["best_settings.py", *tokens, "--methods", *methods, "--out", str(file)])
-        best_settings.main()
-    with file.open(newline="") as text:
-        rows = list(csv.DictReader(text))
-    assert [row["method"] for row in rows] == ["dwa"] * 6 + ["vo"] * 4
-    assert {row["scenario"] for row in rows} == {"head_on duration=1"}
-    assert {row["runs"] for row in rows} == {"2"}
-    study = tmp_path / "study.yaml"
-    study.write_text("seeds: 1\nscenarios:\n" + "".join(f"{line}\n" for line in capsys.readouterr().out.splitlines()))
-    (row,) = read_study(study).rows
-    assert row.methods == ["vo"]
-    assert set(row.settings) == {"duration", "horizon", "patience", "margin"}

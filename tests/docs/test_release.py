@@ -111,12 +111,6 @@ def test_contents_are_checked(name: str, tmp_path: Path) -> None:
         release_check.check_contents(sdist, wheel)
 
 
-def test_an_sdist_without_its_documents_is_refused(tmp_path: Path) -> None:
-    sdist, wheel = release(tmp_path, {}, SHIPPED[1:])
-    with pytest.raises(SystemExit, match=r"missing in the sdist: README\.md"):
-        release_check.check_contents(sdist, wheel)
-
-
 def test_this_python_is_found() -> None:
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     assert version not in release_check.PYTHONS or version in release_check.interpreters()

@@ -18,7 +18,6 @@ ROOT = Path(__file__).parents[2]
 PEERS = Path(os.environ.get("SLALOM_DATA", ROOT.parent / "shared" / "data")) / "peers"
 sys.path.insert(0, str(ROOT / "tools"))
 
-import study_chart  # noqa: E402
 import tables  # noqa: E402
 import tour  # noqa: E402
 
@@ -72,12 +71,6 @@ def test_two_runs_of_a_row_give_the_same_again(table: tables.Table, row: Row, me
     assert tables.again(row, method, seeds, table.fields) == expected
 
 
-def test_a_page_without_a_place_is_refused() -> None:
-    table = tables.TABLES[0]
-    with pytest.raises(ValueError, match=r"^README.md: expected the comments '<!-- begin of the table "):
-        tables.with_table("# A page\n", table, "| a |")
-
-
 KEPT = {study.name: {(run["scenario"], run["method"]) for run in tables.kept(study)} for study in tables.STUDIES}
 """Scenario and method of the rows with kept runs, by study."""
 STUDY_ROWS = [
@@ -125,27 +118,6 @@ def test_a_page_with_a_chart_has_the_main_rows(study: tables.StudyPage) -> None:
     assert f"]({study.name}.csv)" in text
     assert f"](images/{study.chart.name})" in text
     assert study.chart.read_text().startswith("<?xml")
-
-
-def test_the_chart_shows_success_and_last_arrival() -> None:
-    """Of the scenarios with runs of both nao_shared and orca; without guidance as methods of their own."""
-    heads = ("scenario", "method", "runs", "success", "last arrival s")
-    rows = [
-        ("ring", "nao_shared", "4", "4 (51-100 %)", "8.0 (7.5-8.5)"),
-        ("ring guided=0", "nao_shared", "1, deterministic", "0", "-"),
-        ("ring", "orca", "4", "1 (5-70 %)", "9.5"),
-        ("door robots=2", "nao_shared", "1", "1 (21-100 %)", "3.0"),
-    ]
-    drawn = [dict(zip(heads, row)) for row in rows]
-    assert study_chart.cells(drawn) == {
-        ("ring", "nao_shared"): (100.0, "8.0"),
-        ("ring", "nao_shared, not guided"): (0.0, "-"),
-        ("ring", "orca"): (25.0, "9.5"),
-    }
-    axes = study_chart.chart(drawn).axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("method", "scenario")
-    assert [label.get_text() for label in axes.get_xticklabels()] == ["nao_shared", "orca", "nao_shared, not guided"]
-    assert [text.get_text() for text in axes.texts] == ["8.0", "9.5", "-"]
 
 
 @pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
@@ -216,61 +188,6 @@ def test_deterministic_rows_of_a_study_have_no_intervals() -> None:
         assert ("deterministic" in line) == ("noise=0" in line) == ("%)" not in line), line
 
 
-def test_the_line_of_a_run_holds_what_the_page_needs() -> None:
-    """Several numbers in one cell; of robots that did not arrive there are none."""
-    result = {"robots": 3, "arrived": 2, "collisions": 0, "time": 9.5, "adjustments": 4, "min_clearance": -0.0}
-    result |= {"foresight": "observed", "efficacy": 0.5, "extra_times": [0.25, None, 1.0], "jerk": 2.5}
-    line = tables.line("ring", "nao", 7, result, tables.STUDY_FIELDS)
-    assert tuple(line) == tables.STUDY_FIELDS
-    assert list(line.values()) == [
-        *("ring", "nao", "7", "3", "2", "0", "9.500000", "4", "-0.000000"),
-        *("observed", "0.500000", "0.2500 1.0000", "2.500000"),
-    ]
-
-
-def test_a_run_without_a_result_stops_the_table(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """HRVO of other authors has no walls; the file of runs is not written."""
-    row = Row("corridor", {"duration": 0.5}, ("hrvo",), 1)
-    installed("hrvo")
-    monkeypatch.setattr(tables, "ROOT", tmp_path)
-    table = tables.Table("corridor", "page.md", (row,), {})
-    with pytest.raises(
-        SystemExit, match=r"^corridor duration=0.5 hrvo: expected results of all seeds, found none of \[0\]"
-    ):
-        tables.make(table, tmp_path / "store", 1)
-    assert not table.runs.exists()
-
-
-def test_runs_are_made_and_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """As a file whose table is that of the runs."""
-    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
-    monkeypatch.setattr(tables, "ROOT", tmp_path)
-    row = Row("empty", {"duration": 0.5}, ("nao", "vo"), 2)
-    table = tables.Table("empty", "page.md", (row,), {"method": lambda scenario, method, found: method})
-    tables.make(table, tmp_path / "store", 1)
-    assert [run["seed"] for run in tables.kept(table)] == ["0", "1", "0", "1"]
-    assert tables.rendered(table, tables.kept(table)) == "| method |\n|---|\n| nao |\n| vo |"
-
-
-def test_missing_rows_alone_are_made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A row with all seeds in the file of runs stays as it is; one with other seeds is made again."""
-    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
-    monkeypatch.setattr(tables, "ROOT", tmp_path)
-    rows = tuple(Row("empty", {"duration": duration}, ("nao", "vo"), 2) for duration in (0.5, 1.0))
-    table = tables.Table("empty", "page.md", rows, {})
-    tables.make(table, tmp_path / "store", 1)
-    whole = tables.kept(table)
-    text = table.runs.read_text()
-    first, *others = text.splitlines(keepends=True)
-    kept = [*others[:2], others[2].replace(",0,", ",7,"), *others[4:]]
-    kept[0] = kept[0].replace(",vo,", ",x,").replace("0.500000", "0.400000")
-    table.runs.write_text(first + "".join(kept))
-    tables.make(table, tmp_path / "other", 1, missing=True)
-    made = tables.kept(table)
-    assert made[0]["time"] == "0.400000"
-    assert made[1:] == whole[1:]
-
-
 NOT_MEASURED = {
     ("recordings", "kind"),
     ("irsim", "setting"),
@@ -315,15 +232,6 @@ def test_a_measured_table_states_its_command_version_and_date(page: str) -> None
             continue
         assert re.search(r"`(python|slalom|make) [^`]+`|`cross\(|^    python ", section, re.M), heading
         assert re.search(r"with\s+slalom \d+\.\d+\.\d+ on\s+20\d\d-\d\d-\d\d", section), heading
-
-
-def test_measured_tables_are_found() -> None:
-    """A table of numbers, not one of words and not one that the tool wrote."""
-    table = "| robots | s |\n|---|---|\n| 3 | 0.5 |\n"
-    words = "| robots | use |\n|---|---|\n| 3 | `nao` |\n"
-    written = "<!-- begin of the table a, written by tools/tables.py -->\n\n" + table
-    assert [heading for heading, _ in measured_tables("a", f"# A\n\n{table}\n## B\n\n{words}\n{written}")] == ["robots"]
-    assert len([one for page in PAGES for one in measured_tables(page, PAGES[page].read_text())]) > 30
 
 
 def test_the_explanations_of_the_tour_are_those_of_the_present_code() -> None:

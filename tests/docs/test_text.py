@@ -70,7 +70,6 @@ def length(node: ast.stmt) -> int:
     return (node.end_lineno or node.lineno) - node.lineno + 1
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Public names.
 
 
@@ -148,10 +147,6 @@ def test_version_is_that_of_the_package() -> None:
 
 def test_the_package_is_typed() -> None:
     assert (SOURCES / "py.typed").is_file()
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Docstrings.
 
 
 def test_modules_classes_and_functions_have_docstrings() -> None:
@@ -279,7 +274,6 @@ def test_robots_and_obstacles_are_no_persons() -> None:
     assert not {name_of(path) if path in FILES else path.name: words for path, words in found.items() if words}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Lengths and names.
 
 

@@ -1,17 +1,16 @@
-"""`Fleet`: settings of single robots, worlds, periodic worlds, and fleets in several processes."""
+"""`Fleet`: settings of single robots, worlds, and fleets in several processes."""
 
 import pickle
 from dataclasses import fields
 
 import numpy as np
 import pytest
-from fleets import fleet_of, swap
+from fleets import swap
 
 from slalom import METHODS, Arrive, Disc, Fleet, Limits, Obstacle, Rectangle, Settings, Stationary, Tracks
 from slalom.base.errors import InvalidInput
 from slalom.decision.settings import FleetSettings, SharedSettings
 from slalom.fleet.settings import PRIORITY_RATIO
-from slalom.sim import gallery, simulate
 from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.run.states import integrate
 
@@ -187,21 +186,6 @@ def test_robots_of_several_methods_swap_places() -> None:
     np.testing.assert_array_equal(drive(copy, starts, targets, 60), path[:61])
 
 
-@pytest.mark.parametrize("name", ["nao", "nao_shared"])
-def test_a_periodic_world_is_the_one_of_the_simulator(name: str) -> None:
-    """Without guidance, to the bit."""
-    scenario = gallery.build("navground_cross_torus", {"duration": 4.0, "guided": 0.0}, seed=1)
-    run = simulate(scenario, METHODS[name])
-    fleet = fleet_of(scenario, METHODS[name])
-    goal, targets = scenario.robots[0].goal, np.array([robot.goal.position(0.0) for robot in scenario.robots])
-    for k in range(0, len(run.times) - 1, scenario.steps_per_decision):
-        decided = fleet.step(
-            float(run.times[k]), run.positions[k], run.velocities[k], targets, tolerances=goal.tolerance, stop=goal.stop
-        )
-        assert [outcome.name for outcome in decided.outcomes] == list(run.outcomes[k])
-        np.testing.assert_allclose(decided.accelerations, run.accelerations[k], atol=1e-9)
-
-
 def test_fleets_of_two_processes_avoid_what_they_publish() -> None:
     """They take turns, and send each other manoeuvres as bytes."""
     starts = np.array([(-5.0, -1.5), (-1.5, 5.0), (-5.0, 0.0), (0.0, 5.0), (-5.0, 1.5), (1.5, 5.0)])
@@ -221,7 +205,6 @@ def test_fleets_of_two_processes_avoid_what_they_publish() -> None:
     assert np.linalg.norm(positions - targets, axis=1).max() < 0.3
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Settings that fleets, scenarios and vehicles share with a navigator.
 
 

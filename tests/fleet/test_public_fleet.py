@@ -31,7 +31,6 @@ from slalom import (
     Tracks,
     Union,
 )
-from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ADMISSIBLE
 from slalom.decision.settings import FleetSettings
 from slalom.sim import Robot, Scenario, gallery, simulate
@@ -203,12 +202,6 @@ def test_bounds_are_along_the_headings() -> None:
         assert (decided.velocities[0, 0] < 0.9 * decided.velocities[0, 1]) == (heading is not None)
 
 
-def test_headings_are_checked() -> None:
-    fleet = Fleet(METHODS["nao"], Disc(0.4), Limits(1.0, 2.0), robots=2)
-    with pytest.raises(InvalidInput, match="headings: expected"):
-        fleet.step(0.0, np.zeros((2, 2)), np.zeros((2, 2)), np.ones((2, 2)), headings=[0.0])
-
-
 def test_robots_join_and_leave() -> None:
     """A robot outside the scene is not met, and has no decision; it is met from the step at which it joins."""
     fleet = Fleet(METHODS["nao_shared"], Disc(0.5), Limits(1.5, 2.0), robots=2)
@@ -327,7 +320,6 @@ def test_walls_one_by_one_and_together_lead_to_the_same_motion() -> None:
     assert np.linalg.norm(found[0] - (-0.7, -0.43)) < 0.2
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The defaults of a fleet are those of the simulator.
 
 
@@ -336,7 +328,7 @@ def test_a_fleet_has_the_defaults_of_a_scenario() -> None:
     given = {name: one.default for name, one in inspect.signature(Fleet).parameters.items()}
     navigator = Fleet(METHODS["nao"], Disc(0.3), Limits(1.5, 1.0), robots=2).navigator
     given |= {name: getattr(navigator, name) for name in FleetSettings.__annotations__}
-    names = {"period": "dt", "world_period": "period", "observation_delay": "sight_delay"}
+    names = {"period": "dt", "observation_delay": "sight_delay"}
     names |= {"observation_noise": "sight_noise"}
     fields = Scenario.__dataclass_fields__
     same = ["horizon", "margin", "holds", "patience", *names]

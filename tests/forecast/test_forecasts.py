@@ -82,7 +82,6 @@ class Seen:
         return self.base.velocity(t)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # On circles for ever.
 
 
@@ -144,7 +143,6 @@ def test_small_turn_rates_and_rest_predict_no_turn(d: int) -> None:
         np.testing.assert_array_equal(positions, np.tile(3.0 * x, (len(LATER), 1)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # From the past.
 
 
@@ -245,7 +243,6 @@ def test_what_comes_later_is_not_seen(d: int, name: str) -> None:
     np.testing.assert_array_equal(one.position(3.0 + LATER), other.position(3.0 + LATER))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles that forecasts include.
 
 
@@ -295,7 +292,6 @@ def test_a_car_that_waits_is_seen_at_rest(name: str) -> None:
         np.testing.assert_allclose(waits.trajectory.position(now + LATER), np.tile(positions[-1], (len(LATER), 1)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Methods that see more or less.
 
 

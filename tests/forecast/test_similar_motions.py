@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from slalom import Disc, FromModels, InvalidInput, Obstacle, ObstacleWindow, Sampled, Stationary, kernels
+from slalom import Disc, FromModels, Obstacle, ObstacleWindow, Sampled, Stationary, kernels
 from slalom.base.checks import Array
 from slalom.base.tolerances import SIMILAR_VELOCITY_SPAN
 from slalom.kernels.arrays import TrackSamples
@@ -164,10 +164,3 @@ def test_without_motions_of_others_a_straight_track_stays_straight() -> None:
     for seen in some:
         (found,) = FromModels().predictions([track], 5.0, 1.0, seen)
         np.testing.assert_allclose(found.each[0][1].position(7.0), (7.0, 0.0), atol=1e-9)
-
-
-def test_number_of_similar_motions_out_of_range() -> None:
-    with pytest.raises(InvalidInput, match="similar"):
-        FromModels(similar=-1)
-    with pytest.raises(InvalidInput, match="offset"):
-        FromModels(offset=-0.1)

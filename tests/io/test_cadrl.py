@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slalom import METHODS, InvalidFile, InvalidInput
+from slalom import METHODS, InvalidFile
 from slalom.io.pedestrians import Case, read_cases
 from slalom.sim import metrics, simulate
 from slalom.sim.gallery.fleets import cadrl
@@ -88,12 +88,6 @@ def test_a_scenario_is_the_case(tmp_path: Path) -> None:
     assert dict(scenario.parameters) == {"case": 4.0, "max_acceleration": 3.0}
     result = metrics.summary(simulate(scenario, METHODS["nao_shared"]))
     assert (result["arrived"], result["collisions"]) == (2, 0)
-
-
-def test_robots_that_overlap_at_the_start_are_refused(tmp_path: Path) -> None:
-    case = read(tmp_path, HEADER + ROWS.replace("-3.0,0.0,3.0", "0.0,2.5,3.0"))[1]
-    with pytest.raises(InvalidInput, match=r"starts that do not overlap, found robots 0 and 1 overlapping by 0\.4 m"):
-        cadrl(case)
 
 
 @pytest.mark.parametrize("robots", [2, 3])

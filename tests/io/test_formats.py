@@ -64,7 +64,6 @@ def check(tracks: RecordedTracks, rows: Sequence[Row], name: str) -> None:
         np.testing.assert_allclose(track.positions[:, :2], positions, rtol=0, atol=sample.exact)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What holds of every format.
 
 
@@ -263,7 +262,6 @@ def test_a_file_of_no_format_names_the_nearest(tmp_path: Path) -> None:
     assert second[0] in FORMATS
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Out, and in again.
 
 WRITERS = [name for name, row in FORMATS.items() if row.writer]
@@ -394,7 +392,6 @@ def test_agents_of_a_simulated_run() -> None:
     np.testing.assert_allclose(tracks.agents["2"].trajectory.positions, np.stack([times, np.ones(6)], axis=1))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Properties, ids.
 
 
@@ -445,7 +442,6 @@ def test_quoted_cells_may_span_lines(tmp_path: Path) -> None:
         read_recording(text(tmp_path, "a.csv", content))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What is particular to a format.
 
 
@@ -666,7 +662,6 @@ def test_other_scenarios_are_refused(old: str, new: str, message: str, tmp_path:
         read_recording(path)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Latitude and longitude.
 
 
@@ -788,7 +783,6 @@ def test_aircraft_in_space_and_in_the_plane(tmp_path: Path) -> None:
     assert read_recording(path, origin=(50, 8), columns={"altitude": None}).agents["4e1234"].trajectory.dimension == 2
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Recordings.
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slalom import InvalidFile, InvalidInput
+from slalom import InvalidFile
 from slalom.io.formats import read_recording
 from slalom.io.table import sample_data
 
@@ -96,11 +96,6 @@ def test_many_mistakes_are_counted(tmp_path: Path) -> None:
     found = mistakes(tmp_path, "t,id,x,y\n" + "0,1,?,0\n" * 25)
     assert len(found) == 11
     assert found[-1] == " and 15 more"
-
-
-def test_an_unknown_interpolation(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="interpolation: expected one of linear, smooth; found 'cubic'"):
-        read(tmp_path, TWO, interpolation="cubic")
 
 
 def test_sample_data_is_read() -> None:

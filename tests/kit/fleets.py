@@ -105,7 +105,6 @@ def guidance_in(scenario: Scenario, threads: int = 1) -> Guidance:
         np.array([robot.limits.max_speed for robot in robots]),
         scenario.margin,
         scenario.obstacles,
-        world_period=scenario.period,
         threads=threads,
     )
     guide, goals = guidance.guide, np.zeros((n, 3))
@@ -128,7 +127,6 @@ def fleet_of(scenario: Scenario, method: Method) -> Fleet:
         margin=scenario.margin,
         holds=scenario.holds,
         patience=scenario.patience,
-        world_period=scenario.period,
         obstacles=scenario.obstacles,
         guided=scenario.guided,
     )

@@ -142,7 +142,7 @@ OF_RECORDING = {
         lambda r: r["robots/0/goal"].attrs.create("initial_position", [0.0, 0.0]),
         r"Stationary: expected initial_position, found \['initial_position', 'position'\]",
     ),
-    "no period": (lambda r: r.attrs.create("period", [0.0, 1.0]), "period: expected 2 numbers above 0"),
+    "a period": (lambda r: r.attrs.create("period", [9.0, 9.0]), "period: expected none, found one of a world"),
 }
 """Changes of a good run that are no recording, and what is said of them."""
 

@@ -17,7 +17,6 @@ LEVELS = 6  # times the search for pockets refines its lattice
 ABSENT = 1e18  # [m^2] stands for the squared distance of an obstacle that is not there; inf would give nan in products
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles: (position, velocity, acceleration) at absolute times t (n,), each (n, d); nan where there is no obstacle.
 
 
@@ -183,7 +182,6 @@ def assumed(forecast, kind, parameters, now):
     }
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Responses: rows (weight of velocity, weight of acceleration, gain) of position, velocity and acceleration at times t:
 # position = origin + rows[0] . (velocity, acceleration, u), velocity = rows[1] . (...), acceleration = rows[2] . (...).
 
@@ -554,7 +552,6 @@ class Problem:
         return tuple(drift + times(gain, u) for drift, gain in (self.maps(self.times, order) for order in (1, 2)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Search for controls that a better choice could have been.
 
 
@@ -645,7 +642,6 @@ def better_control(problem, admissible, preferred, reach, least, chosen=None):
     return None
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Closed forms.
 
 

@@ -329,7 +329,6 @@ OF_GYM: dict[str, Callable[[Path], object]] = {
     r"scenario: expected .* \(1, 2, 0\.1\) in every world, found \(2, 2, 0\.1\)": gym(
         lambda g: g.RobotEnv(lambda seed: replace(SCENE, robots=PAIR) if seed else SCENE).reset()
     ),
-    r"scenario: expected a world that does not repeat": gym(lambda g: g.FleetEnv("navground_corridor")),
     r"robot\.shape: expected a disc or a ball, found Rectangle": gym(in_a_box),
     r"robot\.appears: expected none in an environment, found 3 s": gym(
         lambda g: g.RobotEnv(replace(SCENE, robots=(replace(ROBOT, appears=3.0),)))
@@ -414,7 +413,7 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     **OF_CALIBRATION,
     **OF_GYM,
     **OF_PARTS,
-    r"world_period: expected the period": moved_at_once,
+    r"SlalomFleet: expected a world that does not repeat": moved_at_once,
     r"kinematics: expected omnidirectional ones": other_kinematics,
     r"behavior: expected settings of horizon, .*, found amax": unknown_setting,
     r"planning problem 7: expected a goal in reach, found none": goal_out_of_reach,
@@ -475,7 +474,7 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
         ROBOT.state, Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)
     ),
     r"tracks.t: .* found 0 s after an update at 1 s": reciprocity_backwards,
-    r"sight: expected none in space, in a periodic world or in several worlds": lambda _: Fleet(
+    r"sight: expected none in space or in several worlds": lambda _: Fleet(
         NAO, DISC, LIMITS, robots=2, worlds=[0, 1], sight=Sight()
     ),
     r"sight: expected no hidden speed in a fleet, found 1 m/s": lambda _: Fleet(
@@ -490,7 +489,6 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"sight: expected limited sight in the plane only, found dimension 3": lambda _: replace(
         gallery.build("drones_crossing"), sight=Sight(3.0)
     ),
-    r"period: expected none with limited sight": lambda _: gallery.build("navground_corridor", {"sight_range": 3.0}),
     r"sight: expected no hidden speed for several robots, found 1 m/s": lambda _: replace(
         SCENE, robots=PAIR
     ).with_settings(PASSIVE),

@@ -41,7 +41,6 @@ def _unit(rng, d):
     return v / np.linalg.norm(v)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Trajectories: (kind, parameters) near the origin; the scene moves them to where they are in the way.
 
 
@@ -139,7 +138,6 @@ KINDS = (*DRAWN, *(_like_the_example(kind) for kind in MOTIONS if kind not in _C
 """Every kind of trajectory that has a formula in `oracle.MOTIONS`."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Shapes by name, of random proportions; `size` [m] is the radius of a disc that takes about as much room.
 
 
@@ -245,7 +243,6 @@ def _speed(seen, heading, reach, t):
     return np.nanmax(total)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Responses by class, for random ones beside those of the method rows.
 
 PARAMETERS = {
@@ -328,7 +325,6 @@ def _response(rng, number, limits, d):
     return name, rows[(turn // 2) % len(rows)]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Bounds on what a robot does, by kind: random parameters, about as strong as its largest acceleration.
 
 BOUNDS = {

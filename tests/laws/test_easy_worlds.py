@@ -45,7 +45,6 @@ def generator(seed: int, part: int) -> tuple[np.random.Generator, int]:
     return np.random.default_rng([seed, part]), 2 + part % 2
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # One robot alone.
 
 
@@ -187,7 +186,6 @@ def test_a_robot_at_its_goal_avoids_a_body_and_comes_back(name: str, part: int, 
     assert_rests(one, run, back)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Fleets.
 
 

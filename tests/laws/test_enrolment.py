@@ -54,7 +54,6 @@ def of_every_dimension(makes: Iterable[Callable]) -> list[object]:
     return [make(d) for make in makes for d in (2, 3)]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # One test for each kind of part.
 
 
@@ -146,7 +145,6 @@ def test_every_class_of_a_room_is_registered() -> None:
                     assert not members <= own or node.name in there, message
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What an enrolment gives.
 
 

@@ -99,7 +99,6 @@ each_track = pytest.mark.parametrize("track", (TRAJECTORIES | MANOEUVRES).values
 each_dimension = pytest.mark.parametrize("d", [2, 3])
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Enrolment
 
 
@@ -117,7 +116,6 @@ def test_enrolled_parts_fit_their_protocols(d: int) -> None:
         assert shape.dimension == d
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Responses
 
 GAUSS_PLACES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -260,7 +258,6 @@ def test_lagged_velocity_is_accurate_for_small_times(t: float, lag: float) -> No
         assert abs(mpmath.mpf(float(image.drift[0])) / spent - 1) < 1e-14
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # The simulator's step is the prediction
 
 
@@ -304,7 +301,6 @@ def test_continuation_is_the_rest_of_the_manoeuvre(response: Response, data: st.
     assert rest.clearance(scene.controls[1]) == pytest.approx(expected, abs=CERTIFIED + ROUNDING)
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Trajectories
 
 WINDOWS = ((-0.87, 6.9), (0.1, 0.4), (0.5, 1.0), (2.0, 5.3))
@@ -389,7 +385,6 @@ def test_smooth_samples_of_quadratic_motion_are_exact(data: st.DataObject) -> No
     np.testing.assert_allclose(Sampled(times, truth.position(times)).position(fine), truth.position(fine), atol=1e-9)
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Forecasts
 
 
@@ -405,7 +400,6 @@ def test_forecast_agrees_with_the_truth_now(name: str, d: int) -> None:
             np.testing.assert_allclose(assumed.acceleration(1.7), track(d).acceleration(1.7), atol=1e-12)
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Definition of the control obstacle, against brute force
 
 
@@ -574,7 +568,6 @@ def test_overlap_now_means_every_control_collides(response: Response, data: st.D
     assert select(u, admissible_ball(u, 1.0), blocked).status is Status.OVERLAPPING
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Monotonicity
 
 
@@ -603,7 +596,6 @@ def test_nothing_added_frees_a_control(response: Response, data: st.DataObject) 
     assert np.all(more.contains(tried) | ~blocked.contains(tried))
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Equivariance
 
 
@@ -782,7 +774,6 @@ def test_only_relative_velocity_matters_to_velocity_obstacles(data: st.DataObjec
     )
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Limits of the theory: one construction holds the others
 
 
@@ -985,7 +976,6 @@ def test_no_collision_before_the_first_possible_time(data: st.DataObject) -> Non
         assert float(blocked.time_to_collision(u)) >= earliest * (1 - 1e-6)
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Selection
 
 
@@ -1114,7 +1104,6 @@ def test_clearest_choice_keeps_its_margin_which_is_the_largest(data: st.DataObje
     assert nearest.distance == pytest.approx(choice.distance, abs=1e-12)
 
 
-# --------------------------------------------------------------------------------------------------------------------
 # Limits
 
 

@@ -18,7 +18,7 @@ from slalom.live.recorded import as_recorded, export, messages
 from slalom.live.seen import decided_again
 from slalom.live.session import Session, dragged, drawn, from_step, led, with_setting, without
 from slalom.model.trajectory import Circular
-from slalom.obstacle.periodic import moved
+from slalom.model.trajectory.displaced import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario
@@ -207,18 +207,6 @@ def test_a_refused_command_is_answered_by_a_sentence(command: dict[str, object],
         assert answers[-1]["kind"] == "error"
         assert answers[-1]["text"].startswith(sentence)
     assert kinds(session.answer({"do": "look", "step": 0})) == ["control"]
-
-
-def test_unknown_commands_and_runs_without_steps_are_refused(run: Recording, tmp_path: Path) -> None:
-    session = Session(crossing(), method("nao"))
-    with pytest.raises(InvalidInput, match="do: expected one of look"):
-        session.answer({"do": "fly"})
-    with pytest.raises(InvalidInput, match=r"ending in \.html"):
-        export(run, tmp_path / "run.pdf")
-    with pytest.raises(InvalidInput, match="robot: expected one of 0 to 0"):
-        export(run, tmp_path / "run.html", robot=1)
-    with pytest.raises(InvalidInput, match="sight_noise: expected 0 in a file"):
-        scenario_text(crossing().with_settings({"sight_noise": 0.1}))
 
 
 def test_edits_do_what_they_say() -> None:

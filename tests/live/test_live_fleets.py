@@ -172,11 +172,9 @@ def scenes() -> dict[str, tuple[Scenario, str]]:
         "fleet that shares": (circle, "nao_shared"),
         "fleet of rvo": (circle, "rvo"),
         "fleet with limited sight": (circle.with_settings({"sight_range": 7.0, "field_of_view": 3.0}), "nao"),
-        "fleet with late messages": (circle.with_settings({"message_delay": 0.2, "message_loss": 0.1}), "nao_shared"),
         "fleet with late observations": (circle.with_settings({"sight_delay": 0.2, "sight_noise": 0.02}), "nao"),
         "moving goals": (replace(circle, robots=tuple(map(with_goal, circle.robots, moving))), "nao"),
         "methods": (replace(circle, robots=tuple(map(with_method, circle.robots, methods))), "nao"),
-        "images": (gallery.build("navground_cross_torus"), "nao"),
     }
 
 

@@ -190,7 +190,6 @@ def test_breaches_are_those_of_the_rule_of_limits(data: st.DataObject, d: int) -
         assert cut[1 : 1 + d] @ acceleration > cut[4]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Whole journeys.
 
 

@@ -55,7 +55,6 @@ PERIOD = 0.1
 each_dimension = pytest.mark.parametrize("d", [2, 3])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A plan as one response.
 
 
@@ -150,7 +149,6 @@ def test_a_plan_is_named_shortly() -> None:
     assert hash(plan) == hash(replace(plan))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Every plan, measured.
 
 
@@ -299,7 +297,6 @@ def test_these_journeys_tell_something() -> None:
     assert np.count_nonzero(np.abs(tight) < 1e-3) > 10
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Alone in the world.
 
 
@@ -405,7 +402,6 @@ def test_alone_it_is_at_its_goal_about_as_soon_as_it_can(d: int, seed: int) -> N
     assert driven_alone(robot, rest, goal) <= soonest + step + 3.0 * robot.navigator.period
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Whole runs.
 
 MOVING_GOALS = ("curved_road", "merging")
@@ -470,7 +466,6 @@ def test_a_recorded_run_can_be_decided_again() -> None:
         assert decision.outcome.name == one.outcomes[step][0]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Budgets, deadlines.
 
 
@@ -603,7 +598,6 @@ def test_after_its_deadline_a_robot_still_decides() -> None:
         assert not isinstance(decision, SequenceDecision) or decision.arrival == np.inf
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Going on with what was decided.
 
 
@@ -766,7 +760,6 @@ def test_the_arrival_is_kept_when_the_plan_is() -> None:
     assert sum(decision.outcome is Outcome.KEPT for decision in found) > 30
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Where there is nothing to go on with.
 
 
@@ -820,7 +813,6 @@ def test_to_wait_for_a_gap_comes_out_of_the_search(robot_radius: float) -> None:
     assert 6.5 < decision.arrival < 12.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Timetables.
 
 

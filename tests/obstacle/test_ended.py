@@ -21,14 +21,12 @@ from slalom import (
     Navigator,
     Obstacle,
     ObstacleTable,
-    ObstacleWindow,
     PiecewisePolynomial,
     Sampled,
     Sight,
     State,
     Stationary,
 )
-from slalom.obstacle.periodic import images_met
 from slalom.sim import Robot, Scenario, simulate
 
 LIMITS = Limits(2.0, 1.5)
@@ -93,16 +91,6 @@ def test_fleets(name: str, given: str) -> None:
     np.testing.assert_array_equal(step(person(5.0, "leaves")), step())
 
 
-def test_a_fleet_in_a_periodic_world() -> None:
-    fleet = Fleet(METHODS["nao"], ROBOT, LIMITS, robots=1, obstacles=[person(5.0)], world_period=(30.0, 30.0))
-    with pytest.raises(InvalidInput, match=r"obstacle 'person': expected a trajectory that is known"):
-        fleet.step(5.03, [(0.0, 0.0)], [(1.8, 0.0)], [(12.0, 0.0)])
-    box = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
-    period = np.array([30.0, 30.0])
-    met = list(images_met([person(5.0, "continues")], METHODS["nao"].forecast, period, 5.03, 4.0, *box))
-    assert len(met) == 1
-
-
 def test_a_table_that_looks_ahead_is_refused_when_it_ends() -> None:
     """Also where the table of an earlier decision would serve."""
     robot, obstacles = decider("nao_ahead", ""), ObstacleTable([person(5.0)])
@@ -144,11 +132,6 @@ def test_the_uncertainty_of_a_continued_obstacle_grows_from_the_end() -> None:
     assert same.bodies(ROBOT).pieces.radius[0] == pytest.approx(0.1, abs=1e-6)
 
 
-def test_windows_refuse_what_has_ended() -> None:
-    with pytest.raises(InvalidInput, match=r"obstacle 'person': expected a trajectory that is known at 6 s"):
-        ObstacleWindow([person(5.0)], 6.0, 4.0)
-
-
 def test_agents_leave_a_scenario() -> None:
     """In a simulation what is true is known: the robot goes where the agent was, and the run says so."""
     robot = Robot(ROBOT, LIMITS, State((0.0, 0.0), (0.0, 0.0)), GOAL)
@@ -166,11 +149,6 @@ def test_what_continues_continues_in_a_scenario() -> None:
     agent = Obstacle(PERSON, Sampled([0.0, 2.0], [(6.0, 3.0), (6.0, 2.0)]), "agent", after_end="continues")
     scenario = Scenario("continues", (robot,), (agent,))
     np.testing.assert_allclose(scenario.obstacles[0].trajectory.position(6.0), (6.0, 0.0), atol=1e-12)
-
-
-def test_another_word_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"expected one of unknown, continues, leaves; found 'vanishes'"):
-        Obstacle(PERSON, Stationary((0.0, 0.0)), after_end="vanishes")
 
 
 @pytest.mark.parametrize("any_motion", [False, True])

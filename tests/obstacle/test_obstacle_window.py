@@ -106,7 +106,6 @@ def test_a_window_moved_along_several_stretches_has_the_same_pieces(d: int) -> N
         assert np.array_equal(bodies.heads, np.flatnonzero(np.diff(bodies.pieces.body, prepend=-1)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Decisions: what comes as a list, as tables or as tracks is the same.
 
 ROBOT = Rectangle(0.8, 0.4)

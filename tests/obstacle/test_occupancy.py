@@ -142,7 +142,6 @@ def test_a_table_without_cells_is_empty() -> None:
     assert robot.decide(State((0.0, 0.0), (0.5, 0.0)), empty, Goal(Stationary((5.0, 0.0)))).safe
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Maps of nav2.
 
 

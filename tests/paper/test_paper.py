@@ -34,7 +34,6 @@ def nothing(share: float) -> None:
     """Progress without an effect."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Everything runs.
 
 
@@ -183,7 +182,6 @@ def test_the_committed_page_is_that_of_the_committed_numbers() -> None:
     assert entries.read_results(folder)["sweep"]["seeds"] == 100
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The figures show what their captions say.
 
 
@@ -224,7 +222,6 @@ def test_the_drawn_crossing_is_clear_and_the_drawn_exit_hits_no_car() -> None:
     assert np.linalg.norm(done.recording.positions[-1, 0] - goal) < 3.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The paper's own way of driving.
 
 
@@ -300,7 +297,6 @@ def test_the_latest_collision_is_not_beaten_by_samples() -> None:
     assert bool(ball.contains(chosen))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The claims.
 
 
@@ -394,7 +390,6 @@ def test_the_cone_by_hand_and_the_claim() -> None:
     assert min(row["judged_differently"] for row in rows[1:]) > 0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Oscillations between robots.
 
 

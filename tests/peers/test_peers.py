@@ -88,7 +88,6 @@ def fake(answer=None, **fields) -> tuple[Peer, list[Answering]]:
     return Peer("fake", begin, "Fake.", "Nobody 2000", "nothing", **fields), begun
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The table and the extra.
 
 
@@ -141,7 +140,6 @@ def test_nothing_is_imported_before_it_is_asked_for():
     assert done.stdout.splitlines()[-1] == "set()"
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Laws of every run.
 
 
@@ -234,13 +232,6 @@ def test_walls_are_not_run_into(name, wall):
     assert metrics.min_clearance(run) >= -2e-3
 
 
-@pytest.mark.parametrize("name", ["hrvo", "hrvo_limited"])
-def test_walls_that_are_not_seen_are_refused(name):
-    behind = Scenario("wall", (robot(0.0, 0.0, (10.0, 0.0)),), (WALLS["a line"],))
-    with pytest.raises(InvalidInput, match=r"obstacle 'line': .* \(discs\), found a polyline that is at rest"):
-        simulate(behind, peer(name))
-
-
 @pytest.mark.draw(3)
 def test_the_ring_of_fifty():
     """What others measured of RVO2 with a clamp at 2 m/s^2 and 30 % larger robots: no collision; without them, many."""
@@ -254,7 +245,6 @@ def test_the_ring_of_fifty():
     assert bare["collisions"] > 10
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Parameters.
 
 CHANGED = {
@@ -309,22 +299,6 @@ def test_parameters_that_are_refused(name, message):
         contender(name)
 
 
-def test_a_peer_without_parameters_says_so():
-    plain, _ = fake()
-    assert plain.parameters == {}
-    with pytest.raises(InvalidInput, match=r"^method: expected fake alone, which has no parameters"):
-        plain.with_parameters({"horizon": 3.0})
-
-
-@pytest.mark.parametrize("given", ["orca:horizon=0", "orca:wall_horizon=0", "orca:neighbours=0", "hl:time_horizon=0"])
-def test_parameters_that_a_method_refuses(given):
-    peer(given.partition(":")[0])
-    key = given.partition(":")[2].partition("=")[0]
-    with pytest.raises(InvalidInput, match=f"^{key}: expected"):
-        simulate(crowd_of(), given)
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 # Paths.
 
 AROUND = PathGoal([(0, 0), (0, 4), (8, 4), (8, 0)], [1.5, 1.5, 0.8, 0.8], 0.3)
@@ -372,7 +346,6 @@ def test_the_target_on_a_path_is_that_of_its_step():
     assert beside[0] > 0.3
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What a peer is told, and what is done with its answer.
 
 
@@ -467,7 +440,6 @@ def test_recordings_of_peers_are_saved(tmp_path):
     assert Recording.load(tmp_path / "run.h5").digest() == run.digest()
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles as they are seen.
 
 
@@ -507,7 +479,6 @@ def test_discs_are_where_they_are_now():
     assert all(len(each) == 0 for each in discs([WALLS["a line"]], 0.0))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What is known of navground.
 
 
@@ -541,7 +512,6 @@ def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
     assert chosen[0] * preferred[0, 1] - chosen[1] * preferred[0, 0] == pytest.approx(0.0, abs=1e-5)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The command line.
 
 

@@ -8,7 +8,7 @@ import pytest
 from draws import examples
 from hypothesis import assume, given, strategies as st
 
-from slalom import ConstantVelocity, Disc, Goal, InvalidInput, Limits, Obstacle, State, Stationary
+from slalom import ConstantVelocity, Disc, Goal, Limits, Obstacle, State, Stationary
 from slalom.peers import PEERS, Discs, Team
 from slalom.peers.crowd import surroundings
 from slalom.peers.methods import BarrierFilter, DynamicWindow, PathIntegral
@@ -121,24 +121,3 @@ def test_a_car_that_crosses_is_let_pass(name):
     run = simulate(scenario(car), PEERS[name])
     assert np.isfinite(run.arrived[0])
     assert metrics.min_clearance(run) >= 0.0
-
-
-@pytest.mark.parametrize(
-    ("kind", "given", "message"),
-    [
-        (DynamicWindow, {"grid": 2}, "grid: expected"),
-        (DynamicWindow, {"heading": -1.0}, "heading: expected"),
-        (DynamicWindow, {"margin": -0.1}, "margin: expected"),
-        (DynamicWindow, {"horizon": 0.0}, "horizon: expected"),
-        (PathIntegral, {"samples": 0}, "samples: expected"),
-        (PathIntegral, {"temperature": 0.0}, "temperature: expected"),
-        (PathIntegral, {"deviation": -1.0}, "deviation: expected"),
-        (PathIntegral, {"seed": 0.5}, "seed: expected"),
-        (PathIntegral, {"hold": 0.0}, "hold: expected"),
-        (BarrierFilter, {"gain": 0.0}, "gain: expected"),
-        (BarrierFilter, {"margin": np.nan}, "margin: expected"),
-    ],
-)
-def test_settings_that_are_refused(kind, given, message):
-    with pytest.raises(InvalidInput, match=message):
-        kind(team(), **{"margin": 0.1, "horizon": 4.0, **given})

@@ -234,7 +234,6 @@ def test_detections_without_ids_need_an_extra(monkeypatch: pytest.MonkeyPatch) -
     assert tracker().update(0.0, "a", (0.0, 0.0))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Radii that hold what they state.
 
 

@@ -15,7 +15,6 @@ from slalom import (
     ControlObstacle,
     Disc,
     Goal,
-    InvalidInput,
     Limits,
     Navigator,
     Obstacle,
@@ -356,8 +355,3 @@ def test_a_robot_that_looks_ahead_sees_no_farther():
     limited = simulate(replace(scenario, sight=Sight(5.0, occlusion="none")), "nao_ahead")
     assert np.array_equal(limited.positions, empty.positions)
     assert not np.array_equal(simulate(scenario, "nao_ahead").positions, empty.positions)
-
-
-def test_methods_without_stops_have_no_passive_safety():
-    with pytest.raises(InvalidInput, match="passive_safety: expected a method with manoeuvres that end at rest"):
-        method("vo").stopping()

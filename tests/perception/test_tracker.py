@@ -48,7 +48,6 @@ def states(tracker: Tracker, now: float) -> tuple[np.ndarray, tuple]:
     return tracks.states[order], tuple(tracks.uncertainties[k] for k in order)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The filter.
 
 
@@ -149,7 +148,6 @@ def test_a_negative_correlation_counts_as_none() -> None:
     assert ConstantVelocityFilter().estimate(exact).uncertainty.correlation == 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Order, age and time.
 
 
@@ -254,7 +252,6 @@ def test_memory_does_not_grow() -> None:
     assert len(tracker._scans) <= 12
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Shapes and decisions.
 
 

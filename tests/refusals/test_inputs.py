@@ -101,7 +101,6 @@ from slalom import (
 from slalom.base import checks
 from slalom.base.errors import require
 from slalom.cli import console
-from slalom.io import table as polynomials
 from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.hdf5_child import Refused
 from slalom.io.pedestrians import read_cases, rows_of_queries
@@ -844,9 +843,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"sight_delay: expected 0 as 'robot' appears after the start, found 0\.1": lambda _: Scenario(
         "delayed", (late(1.0),), sight_delay=0.1
     ),
-    r"period: expected none as 'robot' appears after the start, found \(9\.0, 9\.0\)": lambda _: Scenario(
-        "around", (late(1.0),), period=(9.0, 9.0)
-    ),
     r"--at: expected a time after the appearance of 'robot', found 1": lambda folder: (
         written("a.yaml", MINIMAL.replace("GOAL", "position: [5, 0]").replace("robot: {", "robot: {appears: 3, "))(
             folder
@@ -860,14 +856,11 @@ REFUSED: dict[str, Callable[[Path], object]] = {
         SPACE, (BALLOON,), Ball(1)
     ).boundary((0, 0), 1.0),
     r"robots: expected one or more of the same dimension, found dimensions \[\]": lambda _: Scenario("none", ()),
-    r"message_loss: expected 0 or more and below 1, found 1": lambda _: Scenario(
-        "lost", (Robot(Disc(1), LIMITS, FLAT, GOAL),), message_loss=1.0
+    r"sight_loss: expected 0 or more and below 1, found 1": lambda _: Scenario(
+        "lost", (Robot(Disc(1), LIMITS, FLAT, GOAL),), sight_loss=1.0
     ),
     r"sight_noise: expected 0 for orca, whose observations are exact; found 0\.1": lambda _: simulate(
         load("circle", {"sight_noise": 0.1}), PEERS["orca"]
-    ),
-    r"period: expected none for orca, whose world is not periodic; found \(4\.0, 4\.0\)": lambda _: simulate(
-        load("navground_cross_torus"), PEERS["orca"]
     ),
     r"robots: expected a name for each, found \['robot', 'robot'\]": lambda _: simulate(
         Scenario("twins", (Robot(Disc(1), LIMITS, FLAT, GOAL),) * 2), METHODS["nao"]
@@ -891,13 +884,7 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"margin: expected one number or 2, found an array of shape \(3,\)": lambda _: pair(margin=[0.1] * 3),
     r"worlds: expected whole numbers of 0 or more, found \[0, 0.5\]": lambda _: pair(worlds=[0, 0.5]),
-    r"period: expected at least 1.05 m, a robot's width and the margin, found 1 m": lambda _: pair(
-        world_period=(1.0, 9.0)
-    ),
     r"worlds: expected one world to publish manoeuvres of, found several": lambda _: pair(worlds=[0, 1]).manoeuvres(),
-    r"message_delay: expected messages without delay and loss for methods nao_shared and nao": lambda _: simulate(
-        with_methods(message_delay=0.5), METHODS["nao_shared"]
-    ),
     r"robot.method: expected none of its own among robots that decide by orca, found nao": lambda _: simulate(
         Scenario("own", (robot(method=METHODS["nao"]),)), PEERS["orca"]
     ),
@@ -1200,12 +1187,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"robot\.goal: expected dimension 3 as of the state, found 2": lambda _: Robot(Ball(1), LIMITS, SPACE, GOAL),
     r"replan: expected a multiple of dt = 0.1 s, found 0.25 s": lambda _: scenario(replan=0.25),
     r"guided: expected 0 or 1, found 0.5": lambda _: build("circle", {"guided": 0.5}),
-    r"period: expected at least 2\.05 m, a robot's width and the margin, found 2 m": lambda _: scenario(
-        period=(2.0, np.inf)
-    ),
-    r"method: expected one that does not look ahead in a periodic world, found nao_ahead": lambda _: simulate(
-        scenario(period=(50.0, np.inf)), METHODS["nao_ahead"]
-    ),
     r"obstacle 0: expected dimension 2 as of the robots, found 3": lambda _: replace(scenario(), obstacles=(BALLOON,)),
     r"goal: expected a position that the robot can reach, found one 3.5 m deep in .* 'lid' grown by": lambda _: replace(
         scenario(), obstacles=(Obstacle(Disc(3), Stationary((20, 0.5)), "lid"),)
@@ -1491,12 +1472,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
         Figure(), folder / "a.png", resolution=1e9
     ),
     r"width: expected at most 200 inch, found 1e\+09": lambda _: view.resized(Figure(), width=1e9),
-    **{
-        rf"period: expected 2 numbers above 0, inf along an axis .*; found {found}": lambda _, p=period: scenario(
-            period=p
-        )
-        for period, found in (((8.0,), "8"), ((8.0, 0.0), "8, 0"), ((-1.0, 8.0), "-1, 8"))
-    },
 }
 VALUES = (
     ("2001-99-99", "'2001-99-99' as timestamp"),
@@ -1566,9 +1541,6 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"a\.h5: .*found format: expected 'slalom recording 3', found 'something else'": foreign_hdf5,
     r"a\.h5: expected .*, found ": empty_recording,
     r"a\.h5: expected an HDF5 recording, found ": reading(Recording.load, "a.h5", "text"),
-    r"a\.yaml:2:9: period: expected none as 'robot' appears after the start": yaml(
-        MINIMAL.replace("GOAL", "position: [5, 0]").replace("robot: {", "robot: {appears: 3, ") + "period: [9, 9]\n"
-    ),
     r"robot\.goal: expected one of position, trajectory, path, found none": reading(
         read_scenario, "a.yaml", MINIMAL.replace("GOAL", "stop: true")
     ),
@@ -1589,28 +1561,6 @@ FILES: dict[str, Callable[[Path], object]] = {
         read_scenario, "a.yaml", "name: x"
     ),
     r"robot\.goal: expected one of": reading(read_scenario, "a.yaml", MINIMAL.replace("GOAL", "tolerance: 1")),
-    r"none\.csv: expected a readable CSV file, found ": lambda folder: polynomials.read_polynomials(
-        folder / "none.csv"
-    ),
-    r"a\.csv:1:1: expected a header duration": reading(polynomials.read_polynomials, "a.csv", "t,x\n"),
-    r"a\.csv:1:1: expected a header duration,.* found 'duration,x\^0,y\^0,x\^0'": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0,x^0\n1,0,0,0\n"
-    ),
-    r"a\.csv:1:1: expected a header duration,x\^0": reading(
-        polynomials.read_polynomials, "a.csv", f"duration,x^0,y^0,x^{'9' * 5000},y^{'9' * 5000}\n1,0,0,0,0\n"
-    ),
-    r"a\.csv: expected a readable CSV file, found field larger than field limit": reading(
-        polynomials.read_polynomials, "a.csv", "duration," + "x" * 200_000
-    ),
-    r"a\.csv:2:1: expected rows after the header, found none": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n"
-    ),
-    r"a\.csv:2:1: expected 3 numbers, found '1,left,2'": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n1,left,2\n"
-    ),
-    r"a\.csv: coefficients: expected pieces that meet, found a jump": reading(
-        polynomials.read_polynomials, "a.csv", "duration,x^0,y^0\n1,0,0\n1,5,0\n"
-    ),
     r"lone\.json: expected the other tables of nuScenes beside it, found no sample\.json, .*": lambda folder: (
         (folder / "alone").mkdir(exist_ok=True),
         (folder / "alone" / "lone.json").write_text('[{"sample_token": 1, "instance_token": 2}]'),
@@ -1674,7 +1624,7 @@ FILES: dict[str, Callable[[Path], object]] = {
     **{
         rf"a\.h5: expected an HDF5 recording, found {said}": partial(read_with, program)
         for program, said in (
-            ("while True: pass", "one on which reading takes more than .* s of processor time"),
+            ("while True: pass", "one on which reading takes more than .* s( of processor time)?$"),
             ("import time; time.sleep(1e3)", "one on which reading takes more than .* s$"),
             ("import os; os.abort()", "one on which the HDF5 library crashes"),
         )
@@ -1754,7 +1704,7 @@ OTHERS = [
         r"'RunSummary' object has no attribute 'nothing'",
         lambda _: simulate(load("empty", {"duration": 0.2}), METHODS["nao"], record=False).nothing,
     ),
-    Case(Refused, "content far larger than the file", lambda folder: read_here(changed("no period", folder), 20)),
+    Case(Refused, "content far larger than the file", lambda folder: read_here(changed("a period", folder), 20)),
     Case(
         CoercionError,
         r"Invalid value for --seed: expected a whole number, found '1\.5'",
@@ -1896,7 +1846,6 @@ def test_errors_have_one_base() -> None:
     assert (type(sent), str(sent), sent.mistakes) == (InvalidFile, str(error), error.mistakes)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Refused wherever it is found, as long as it is one clear error of the library.
 
 ANYWHERE = {

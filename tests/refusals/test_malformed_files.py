@@ -23,7 +23,6 @@ from slalom.base.errors import MESSAGE_LINE
 from slalom.cli import call
 from slalom.io.formats import read_recording
 from slalom.io.pedestrians import read_cases
-from slalom.io.table import read_polynomials
 from slalom.io.yaml_nodes import MAX_MISTAKES
 from slalom.sim import Recording
 from slalom.sim.files.recorded_traffic import crossing, read_recorded
@@ -86,7 +85,6 @@ KINDS = {
     "group": Good("a.yaml", text(GROUP), (read_scenario,)),
     "scenarios": Good("a.yaml", text(GROUP + "cases:\n  - {name: a}\n  - {duration: 3}\n"), (read_scenarios,)),
     "study": Good("a.yaml", text(STUDY), (read_study,)),
-    "polynomials": Good("a.csv", text("duration,x^0,x^1,y^0,y^1\n1,0,1,0,0\n2,1,1,0,0.5\n"), (read_polynomials,)),
     "cases": Good(
         "a.csv",
         text("case,agent,x,y,goal_x,goal_y,pref_speed,radius\n0,0,-3,0,3,0,1,0.3\n0,1,3,0,-3,0,1,0.3\n"),
@@ -181,7 +179,6 @@ def test_every_kind_of_file_has_its_mutations() -> None:
     assert CHUNKS * MUTATIONS * len(KINDS) >= 2000
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Files made to hang, to crash or to flood.
 
 
@@ -271,7 +268,6 @@ def test_steps_too_short_for_a_velocity_are_refused_with_their_line(tmp_path: Pa
         read_recording(path)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # HDF5. Recordings that a reader of HDF5 takes, but that contradict themselves, are in test_inputs.
 
 

@@ -285,7 +285,6 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             **SETTINGS,
             "priority": 1.0,
             "worlds": (0, 0),
-            "world_period": (40.0, 40.0),
             "detours": (0.5,),
             "observation_delay": 0.0,
             "observation_noise": 0.0,
@@ -507,13 +506,10 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "patience": 0.1,
             "holds": (0.5,),
             "guided": True,
-            "message_delay": 0.0,
-            "message_loss": 0.0,
             "sight_noise": 0.0,
             "sight_delay": 0.0,
             "sight_loss": 0.0,
             "sight": None,
-            "period": None,
             "parameters": {},
             "recorded": None,
             "notes": (),
@@ -697,7 +693,7 @@ BY_CHECK = {
         AvoidingCrowd.distance, Reciprocity.radius, Reciprocity.doubt, Fleet.patience,
         Fleet.observation_delay, Fleet.observation_noise, ConstantVelocityFilter.acceleration,
         ControlObstacle.boundary.tolerance, select_clearest.enough, select_many.margin, Scenario.replan,
-        Scenario.margin, Scenario.patience, Scenario.message_delay, Scenario.sight_noise,
+        Scenario.margin, Scenario.patience, Scenario.sight_noise,
         Scenario.sight_delay,
         DifferentialDrive.delay,
         VehicleNavigator.margin, VehicleNavigator.patience, VehicleNavigator.reverse_after,
@@ -753,7 +749,7 @@ BY_CHECK = {
         Obstacle.name, method.name, Scenario.name, Robot.name
     """,
     "share": """
-        Scenario.message_loss, Scenario.sight_loss
+        Scenario.sight_loss
     """,
     "whole": """
         simulate.seed, FromModels.similar

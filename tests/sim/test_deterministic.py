@@ -15,7 +15,7 @@ from slalom.sim import Row, compare_all, simulate
 from slalom.sim.sweep.case import drawn, is_deterministic
 from slalom.sim.sweep.study import named
 
-RANDOM = {"message_delay": 0.1, "message_loss": 0.1, "sight_noise": 0.01, "sight_loss": 0.1}
+RANDOM = {"sight_noise": 0.01, "sight_loss": 0.1}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -31,7 +31,7 @@ def test_deterministic_is_what_gives_equal_runs(name: str) -> None:
 
 
 def test_random_errors_and_files() -> None:
-    """Errors of sensing and messages differ by seed; a scenario file has no seed."""
+    """Errors of sensing differ by seed; a scenario file has no seed."""
     assert is_deterministic("head_on")
     for name, value in RANDOM.items():
         assert not is_deterministic("head_on", {name: value}), name

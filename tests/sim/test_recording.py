@@ -45,7 +45,6 @@ PLAIN = (
     "names",
     "method",
     "foresight",
-    "period",
     "seed",
     "dt",
     "parameters",
@@ -292,7 +291,6 @@ def test_the_file_has_the_names_of_navground(saved: tuple[Recording, Path]) -> N
         assert not np.any(run["twists"][..., d])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What is refused.
 
 

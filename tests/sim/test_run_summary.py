@@ -19,7 +19,6 @@ RUNS = {
     "one robot for no time": ("roundabout_crossing", "nao", {"duration": 0.01}),
     "all decide at once": ("circle", "nao", {"robots": 6, "duration": 4.0}),
     "one after the other": ("random_goals", "nao_shared", {"robots": 8, "side": 20.0, "duration": 20.0}),
-    "late messages": ("circle", "nao_shared", {"robots": 4, "duration": 3.0, "message_delay": 0.3}),
     "each by its navigator": ("doorway", "avo", {"duration": 0.5}),
     "a peer": ("circle", "orca", {"robots": 5, "duration": 40.0}),
 }

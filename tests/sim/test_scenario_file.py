@@ -204,7 +204,6 @@ def test_load_takes_files_and_settings(tmp_path: Path) -> None:
         load(path, {"speed": 1.0})
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Mistakes.
 
 MISTAKEN = """\
@@ -248,7 +247,7 @@ IN_ROBOT = (
 AT_TOP = (
     "name, robot, areas, flows, robots, obstacles, recording, walls, walls_unit, start, duration, dt, replan, horizon, "
     "margin, patience, holds, guided, "
-    "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, period"
+    "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety"
 )
 IN_RECORDING = (
     "file, format, radius, agents, without, window, interpolation, gap, jump_speed, frame_rate, unit, time_unit, "
@@ -444,7 +443,6 @@ def test_either_a_robot_or_robots(tmp_path: Path) -> None:
     assert "robots: expected either this key or robot, found both" in one
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Groups.
 
 ONE_BY_ONE = """\

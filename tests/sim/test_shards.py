@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from slalom import InvalidInput
 from slalom.cli import call
 from slalom.sim import Row, compare_all
 from slalom.sim.sweep.store import MISSING, OTHER, Shard, Store
@@ -82,13 +81,3 @@ def test_the_command_merges(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     capsys.readouterr()
     assert call([*tokens, *shared, "--merge"]) == 0
     assert json.loads(capsys.readouterr().out) == whole
-
-
-def test_refusals(tmp_path: Path) -> None:
-    for text in ("0/3", "4/3", "1", "a/b", "1/0", "-1/3", "1/3/5"):
-        with pytest.raises(InvalidInput, match=r"shard: expected K/N with K from 1 to N, found"):
-            Shard.named(text)
-    with pytest.raises(InvalidInput, match="store: expected the folder that all shards share, found none"):
-        compare_all(ROWS, shard=Shard(1, 2))
-    with pytest.raises(InvalidInput, match="merge: expected without shard, found both"):
-        compare_all(ROWS, store=tmp_path, shard=Shard(1, 2), merge=True)

@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings, strategies as st
 from metrics_by_hand import driven
 from parts import disc_or_ball
 
-from slalom import ConstantVelocity, InvalidFile, InvalidInput, Obstacle, Polygon, Rectangle, Stationary, method
+from slalom import ConstantVelocity, InvalidFile, Obstacle, Polygon, Rectangle, Stationary, method
 from slalom.io.table import sample_data
 from slalom.sim import Recording, compare, load, metrics, read_scenario, simulate
 from slalom.sim.files.scenario_writer import scenario_text
@@ -29,7 +29,6 @@ import dnv_encounters  # noqa: E402
 KNOT, MILE = 1852.0 / 3600.0, 1852.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Metrics against slow derivations in plain numbers.
 
 
@@ -197,7 +196,6 @@ def test_a_vessel_without_others_keeps_all_sides() -> None:
     assert metrics.loss_of_well_clear(replace(run, obstacles=())) == 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Well clear against its definition, and against the output of DAIDALUS.
 
 
@@ -255,7 +253,6 @@ def test_intruders_of_daidalus_are_the_volume_of_well_clear(case: int) -> None:
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Scenario files with cases.
 
 CASES = """\
@@ -344,9 +341,6 @@ def test_every_case_is_a_seed(tmp_path: Path) -> None:
     assert found["range"] == [min(nearest), max(x for x in nearest if x < math.inf)]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Encounters of other authors.
-
 TABLE = """180; 270; 0; 45; 180 270; 350 315; 0 315; 180 270; 330 270; 270 15; 90 330; 180 315 350; 180 10 45;
 350 315 270; 0 315 270; 45 90 270; 0 10 315; 225 345 330; 15 345 225; 0 345 270; 345 15 270; 0 315 270"""
 COURSES = {k + 1: [int(course) for course in case.split()] for k, case in enumerate(TABLE.split(";"))}
@@ -397,8 +391,3 @@ def test_encounters_of_dnv_become_cases(tmp_path: Path) -> None:
             v = ship.trajectory.initial_velocity
             assert turned(compass(*v) - float(row["course_deg"])) == pytest.approx(0.0, abs=1e-9)
             assert math.hypot(*v) == pytest.approx(float(row["speed"]))
-
-
-def test_no_case_of_that_number_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"seed: expected 0 to 3, the cases of .*daidalus\.yaml; found 4"):
-        load(str(sample_data("daidalus.yaml")), seed=4)

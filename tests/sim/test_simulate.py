@@ -168,7 +168,6 @@ def test_the_order_of_many_obstacles_does_not_matter() -> None:
     assert same(simulate(one, METHODS["nao"]), simulate(two, METHODS["nao"]))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Times.
 
 

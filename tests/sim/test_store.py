@@ -60,7 +60,6 @@ def filled(folder: Path, *cases: Case) -> Store:
     return store
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What a result depends on.
 
 
@@ -197,7 +196,6 @@ def test_a_file_that_was_edited_during_a_sweep_is_not_used(tmp_path: Path) -> No
         run_case(one)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What is kept.
 
 
@@ -216,7 +214,6 @@ def test_what_is_left_of_a_killed_process_is_not_read(tmp_path: Path) -> None:
     assert list(store.read([case(), case(seed=1)])) == [case().key]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What former code left.
 
 

@@ -53,7 +53,6 @@ def shortest(ways) -> float:
     return length_of(ways[0])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What every way does.
 
 
@@ -125,10 +124,6 @@ def test_ways_that_need_no_turn_have_none() -> None:
     assert to_place(ORIGIN, (2.0, 0.0), 1.0)[0] == (Arc(2.0, 0.0),)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Symmetries.
-
-
 @examples(100)
 @given(POSES, POSES, RADII, st.floats(0.1, 10.0), POSES)
 def test_lengths_have_the_symmetries_of_the_plane(start, goal, radius, scale, motion) -> None:
@@ -184,7 +179,6 @@ def test_lengths_with_reversals_are_continuous(start, goal, direction) -> None:
     assert change <= 10.0 * (size * max(1e-3, *map(abs, direction))) ** 0.5
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Lengths against slow oracles.
 
 
@@ -275,7 +269,6 @@ def test_ways_to_a_place_are_the_shortest_over_all_headings(reverse: bool) -> No
         assert found == pytest.approx(best, abs=0.01)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Poses along a way.
 
 

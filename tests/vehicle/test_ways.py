@@ -64,10 +64,6 @@ def least_distance(body, center: float, start, way, obstacles) -> float:
     return float(near.min()) - part.radius
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Parking and docking.
-
-
 @pytest.mark.parametrize("seed", draws(range(500, 505)))
 @pytest.mark.parametrize("kind", PARKING.KINDS)
 def test_vehicles_park_and_dock_without_contact(kind: str, seed: int) -> None:
@@ -117,7 +113,6 @@ def test_ways_through_doors_are_found() -> None:
         assert least_distance(BODY, 0.0, start, found.way, walls) > 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Goals and outcomes.
 
 
@@ -167,9 +162,6 @@ def test_where_there_is_no_way_the_outcome_says_why() -> None:
     assert few.outcome is Outcome.UNKNOWN
     assert few.cost == np.inf
 
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Certified motions.
 
 BODIES = {
     "rectangle": Rectangle(0.9, 0.5),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from draws import draws
 
-from slalom import Disc, InvalidInput, Limits, Obstacle, PathGoal, Polyline, Rectangle, State, method
+from slalom import Disc, Limits, Obstacle, PathGoal, Polyline, Rectangle, State, method
 from slalom.cli import DONE, call
 from slalom.model.goal import Goal
 from slalom.model.trajectory import Circular, ConstantVelocity, Stationary
@@ -175,19 +175,3 @@ def test_the_command_writes_and_replaces_videos(run: Recording, tmp_path: Path, 
     assert call(command) == DONE
     assert len(pictures(video)[0]) == 6
     assert call([*command, "--force"]) == DONE  # which earlier versions needed
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"width": 401}, "width: expected an even number from 320 to 3840, found 401"),
-        ({"fps": 61.0}, "fps: expected at most 60, found 61"),
-        ({"speed": 0.0}, "speed: expected"),
-        ({"trail": -1.0}, "trail: expected"),
-    ],
-)
-def test_settings_outside_their_limits_are_refused(
-    run: Recording, tmp_path: Path, settings: dict[str, float], message: str
-) -> None:
-    with pytest.raises(InvalidInput, match=message):
-        animate(run, tmp_path / "run.gif", **settings)  # type: ignore[arg-type]

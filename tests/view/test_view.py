@@ -90,11 +90,6 @@ def legend_texts(ax: Axes) -> list[str]:
     return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
-def admissible_of(decision: slalom.Decision, robot: slalom.Navigator) -> slalom.Admissible:
-    response, state = decision.blocked.response, decision.blocked.state
-    return robot.limits.admissible(response, state, robot.horizon)
-
-
 def acceleration_obstacle(dimension: int) -> slalom.ControlObstacle:
     state, obstacles, _ = SCENES[dimension]()
     shape = slalom.Disc(0.8) if dimension == 2 else slalom.Ball(0.8)
@@ -478,32 +473,6 @@ def test_the_users_settings_neither_change_nor_matter(tmp_path: Path) -> None:
 def test_no_window_system_is_touched() -> None:
     code = "import sys, slalom.view; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-@pytest.mark.parametrize(("name", "found"), [("a.jpg", "'.jpg'"), ("a", "no suffix")])
-def test_another_suffix_is_refused_with_what_is_allowed(tmp_path: Path, name: str, found: str) -> None:
-    with pytest.raises(slalom.InvalidInput, match=r"\.svg, \.pdf, \.png") as caught:
-        view.save(Figure(), tmp_path / name)
-    assert found in str(caught.value)
-    assert not (tmp_path / name).exists()
-
-
-def test_what_does_not_fit_is_refused() -> None:
-    state, obstacles, goal = scene_in_plane()
-    traffic = slalom.ObstacleWindow(obstacles, 0.0, 6.0)
-    ax = Figure().add_subplot()
-    with pytest.raises(slalom.InvalidInput, match="contact_times"):
-        view.workspace(ax, traffic=traffic, state=state, robot=slalom.Disc(0.8), contact_times=[1.0])
-    with pytest.raises(slalom.InvalidInput, match="track"):
-        view.workspace(ax, traffic=traffic, state=state, robot=slalom.Disc(0.8), track=[[0.0, 0.0, 0.0]])
-    blocked = acceleration_obstacle(2)
-    with pytest.raises(slalom.InvalidInput, match="admissible"):
-        view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0, 0), 1.0))
-    with pytest.raises(slalom.InvalidInput, match="resolution"):
-        view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 1.0), resolution=1)
-    for times in ([0.0, 1.0, 2.0], [1.0, 0.0], [0.0]):
-        with pytest.raises(slalom.InvalidInput, match="times"):
-            view.paths(times, np.zeros((2, 2)), obstacles, robot=slalom.Disc(0.8), goal=goal)
 
 
 def test_a_fleet_is_drawn_alike(tmp_path: Path) -> None:

@@ -46,7 +46,6 @@ export interface Scene {
   live: boolean;
   low: Vector;
   high: Vector;
-  world: (number | null)[] | null;
   shapes: Part[][];
   robots: RobotInfo[];
   obstacles: ObstacleInfo[];

@@ -151,8 +151,6 @@ function drawObstacles(g: Context, model: Model, times: Map<string, number>, con
 function drawGoal(g: Context, model: Model, { theme, view }: Look): void {
   const scene = model.scene!;
   const robot = scene.robots[model.selected]!;
-  const far = scene.world !== null;
-  if (far) return;
   if (robot.path) {
     g.strokeStyle = theme.goal;
     g.setLineDash([6, 4]);

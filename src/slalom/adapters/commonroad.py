@@ -33,15 +33,12 @@ from slalom.vehicle import Bicycle, Pose, VehicleNavigator
 
 __all__ = ["MODELS", "Motion", "in_goal", "solution", "solve", "write"]
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What a car meets in a scenario: borders of the road, obstacles at rest, recorded vehicles, regions of uncertain ones.
 
 
 GAP, SLIT = 0.05, 1e-4
-"""[m] Lanelets nearer than twice these are one road for decisions, and for the drivability checker.
-
-Smaller: walls between neighbours remain. Larger: gaps close.
-"""
+"""[m] Lanelets nearer than twice these are one road for decisions, and for the drivability checker. Smaller: walls
+between neighbours remain. Larger: gaps close."""
 WIDER = 0.2
 """[1] How much wider recorded vehicles are for the point mass, per metre that they are longer. Larger: freer turns."""
 TURNED = 0.005
@@ -137,7 +134,6 @@ def _shape(shape: Any, longer: float) -> Shape | None:
     return Polygon(np.asarray(area(shape).exterior.coords)[:-1]) if kind in ("Circle", "Polygon") else None
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Ways along lanelets from the initial state of a planning problem into its goal, and targets that move along them.
 
 
@@ -374,7 +370,6 @@ def in_goal(problem: Any, position: Array, velocity: Array, step: int, heading: 
     return bool(problem.goal.is_reached(state))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Motion of a car that solves a planning problem, and the size of the car.
 
 
@@ -418,7 +413,6 @@ def _corners(angle: float) -> Array:
     return np.asarray(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]) @ np.array([[c, s], [-s, c]]))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A car that moves as a point mass (PM): a disc as wide as the car, among vehicles that are longer by the rest of it.
 #
 # The point mass turns with its velocity. The disc keeps that within the walls, in bends as wide as those of roads; what
@@ -462,7 +456,6 @@ def drive_point_mass(scenario: Any, problem: Any, path: Sampled, max_acceleratio
     return Motion(steps, positions, velocities, np.array(angles), np.zeros(len(steps)), reached, safe, "PM")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A car that moves by the kinematic single-track model (KS), decided for by `VehicleNavigator`.
 #
 # The model of the checker has its position in the middle of the body and turns about it as a bicycle about its rear
@@ -524,7 +517,6 @@ def _along(points: Array, ahead: Array, pose: Pose) -> PathGoal:
     return PathGoal(points, max(way / LOOKAHEAD, SLOWEST), stop=False, lookahead=AHEAD)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Solution files of CommonRoad, written by commonroad-io.
 
 

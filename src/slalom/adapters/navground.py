@@ -35,7 +35,6 @@ with Extra("navground", __name__):
 
 __all__ = ["PROPERTIES", "Slalom", "SlalomFleet"]
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Numerical constants of the adapter for navground.
 
 
@@ -57,7 +56,6 @@ AT_REST = 1e-3
 """[m/s] An agent slower than this turns on the spot. Larger: it turns while it still brakes."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The motion that two driven wheels can give to a point ahead of their axle (input-output linearisation).
 #
 # The point moves in every direction (Siciliano, Sciavicco, Villani and Oriolo, *Robotics*, Springer 2009, section
@@ -124,7 +122,6 @@ def arc_of(displacement: Array, lead: float) -> tuple[float, float]:
     return chord / float(np.sinc(half / np.pi)), 2.0 * half
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # One agent of navground: the point that it controls, the velocity that it desires, and twists that move the point.
 #
 # An agent of two driven wheels is controlled at a point ahead of the axle, see `PointAhead`.
@@ -233,13 +230,6 @@ def turn(member: SlalomFleet, dt: float) -> core.Twist2:
     return core.Twist2((0.0, 0.0), 0.0, core.Frame.relative)
 
 
-def periods(offsets: Array, period: Array) -> Array:
-    """Multiples of the period nearest to offsets (n, 2) [m]; 0 along axes without a period."""
-    repeats = period > 0.0
-    return np.where(repeats, period * np.round(offsets / np.where(repeats, period, 1.0)), 0.0)
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 # What agents of navground observe: walls and discs at rest, and neighbours that are no members of their fleet.
 #
 # Neighbours have no identity in navground. A neighbour is a member of the fleet if its centre is within its radius of
@@ -271,30 +261,27 @@ def neighbours(members: Sequence[SlalomFleet], shift: Array, now: float, dt: flo
     navground renews what an agent observes just before it decides. So the first agent observes this step, and the
     others the one before, which lasted `dt` [s].
     """
-    period = np.asarray(members[0].world_period, np.float64)
     centers = np.array([m.position for m in members], np.float64)
     seen = [(k > 0, each) for k, m in enumerate(members) for each in m.get_environment_state().neighbors]
     places = np.array([each.position for _, each in seen], np.float64).reshape(-1, 2)
-    offsets = places[:, None] - centers
-    distances = np.linalg.norm(offsets - periods(offsets, period), axis=2)
+    distances = np.linalg.norm(places[:, None] - centers, axis=2)
     found: list[tuple[Array, Array, float]] = []
     for j in np.flatnonzero(distances.min(axis=1, initial=np.inf) > [each.radius for _, each in seen]):
         before, each = seen[j]
         velocity = np.asarray(each.velocity, np.float64)
         place = places[j] + (dt * velocity if before else 0.0)
         offsets = np.reshape([place - other for other, _, _ in found], (-1, 2))
-        if np.linalg.norm(offsets - periods(offsets, period), axis=1).min(initial=np.inf) > each.radius:
+        if np.linalg.norm(offsets, axis=1).min(initial=np.inf) > each.radius:
             found.append((place, velocity, float(each.radius)))
     positions, velocities, radii = (np.array(column) for column in zip(*found)) if found else np.empty((3, 0, 2))
     return Tracks(positions + shift, velocities, radii if found else 0.0, now)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Agents that decide together when the first of them is asked.
 
 
 class Group:
-    """Agents of a fleet. Their points are unwrapped: they do not jump to the other side of a periodic world."""
+    """Agents of a fleet. Of a single agent the points are unwrapped: no jump to the other side of a lattice."""
 
     def __init__(self) -> None:
         self.members: list[SlalomFleet] = []
@@ -313,8 +300,7 @@ class Group:
 
     def _decide(self, members: list[SlalomFleet], dt: float) -> list[core.Twist2]:
         settings: list[tuple[Any, ...]] = [
-            (m, dt, speed_of(m), float(m.radius), float(m.safety_margin), *map(_comparable, m.values.values()))
-            for m in members
+            (m, dt, speed_of(m), float(m.radius), float(m.safety_margin), *m.values.values()) for m in members
         ]
         renewed = self._fleet is None or settings != self._settings
         if renewed:
@@ -328,7 +314,6 @@ class Group:
             self._fleet = _fleet(members, self._motions, dt)
         self._unwrap(points, members)
         points = points + self._shift
-        # One agent alone is unwrapped in a world that repeats; of several, the period is known.
         alone = self._shift[0] if len(members) == 1 else np.zeros(2)
         desired = np.array(
             [
@@ -354,28 +339,20 @@ class Group:
         ]
 
     def _unwrap(self, points: Array, members: list[SlalomFleet]) -> None:
-        """Find where agents were moved to the other side of a world that repeats."""
-        moved, period = self._planned - points - self._shift, np.asarray(members[0].world_period)
+        """Find where the agent was moved to the other side of a lattice; raises InvalidInput among several."""
+        moved = self._planned - points - self._shift
         jumped = np.linalg.norm(moved, axis=1) > [float(m.radius) for m in members]
-        if np.any(period):
-            self._shift = self._shift + periods(moved, period)
-        elif len(members) == 1 and jumped[0]:
+        if len(members) == 1 and jumped[0]:
             self._shift = self._shift + moved
         elif np.any(jumped):
             raise InvalidInput(
-                "world_period: expected the period of the world, because an agent was moved by "
-                f"{np.linalg.norm(moved, axis=1).max():g} m at once, found {period.tolist()}"
+                "SlalomFleet: expected a world that does not repeat (use Slalom in a lattice), "
+                f"found an agent that was moved by {np.linalg.norm(moved, axis=1).max():g} m at once"
             )
-
-
-def _comparable(value: Any) -> Any:
-    """The value of a property; that of a vector as a tuple."""
-    return tuple(np.asarray(value).tolist()) if np.ndim(value) else value
 
 
 def _fleet(members: list[SlalomFleet], motions: list[Motion], dt: float) -> Fleet:
     """Bodies are grown, not margins: a margin is given up where no manoeuvre keeps it, a body is not."""
-    period = np.asarray(members[0].world_period)
     return Fleet(
         [method(m.method) for m in members],
         [Disc(float(m.radius) + motion.growth) for m, motion in zip(members, motions)],
@@ -383,13 +360,11 @@ def _fleet(members: list[SlalomFleet], motions: list[Motion], dt: float) -> Flee
         period=dt,
         horizon=members[0].time_horizon,
         margin=[max(float(m.safety_margin) - 2.0 * motion.growth, 0.0) for m, motion in zip(members, motions)],
-        world_period=tuple(np.where(period > 0.0, period, np.inf).tolist()) if np.any(period) else None,
         holds=HOLDS,
         guided=False,
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Behaviours of navground, which finds them by the entry point group `navground_behaviors`.
 
 
@@ -399,25 +374,23 @@ PROPERTIES: Final[dict[str, tuple[Any, str]]] = {
     "time_horizon": (3.0, "Time up to which collisions count [s]"),
     "keep_right": (0.25, "Angle [rad] from the target to the desired velocity, to the right"),
     "lead": (0.0, "Distance of the controlled point ahead of the axle [m]; 0: a tenth of that of the wheels"),
-    "world_period": ([0.0, 0.0], "Period of a world that repeats [m], 0 where it does not"),
 }
 """Registered properties with their default values and descriptions."""
 
 
 def _registered(name: str) -> Any:
     default, text = PROPERTIES[name]
-    kind = "vector" if isinstance(default, list) else type(default).__name__
-    values = core.register(default, text, scalar_type_name=kind)(lambda self: self.values[name])
+    values = core.register(default, text, scalar_type_name=type(default).__name__)(lambda self: self.values[name])
     return property(values, lambda self, value: self.values.update({name: value}))
 
 
 class SlalomFleet(core.Behavior, name="SlalomFleet"):
-    """An agent that decides together with all others of this behaviour that have the same `world_period`.
+    """An agent that decides together with all others of this behaviour.
 
     navground 0.7 does not read the properties of members of its own groups of behaviours; hence `Group`.
     """
 
-    method, max_acceleration, time_horizon, keep_right, lead, world_period = map(_registered, PROPERTIES)
+    method, max_acceleration, time_horizon, keep_right, lead = map(_registered, PROPERTIES)
 
     def __init__(self, kinematics: core.Kinematics | None = None, radius: float = 0.0) -> None:
         self.values = {name: default for name, (default, _) in PROPERTIES.items()}
@@ -428,13 +401,11 @@ class SlalomFleet(core.Behavior, name="SlalomFleet"):
         return self._state
 
     def prepare(self) -> None:
-        self._group = _GROUPS.setdefault(tuple(self.world_period), Group())
+        self._group = _TOGETHER
         self._group.members.append(self)
 
     def close(self) -> None:
         self._group.members.remove(self)
-        if not self._group.members:
-            _GROUPS.pop(tuple(self.world_period), None)
 
     def compute_cmd_internal(self, time_step: Any) -> core.Twist2:
         return self._group.command(self, float(time_step))
@@ -448,5 +419,5 @@ class Slalom(SlalomFleet, name="Slalom", include_properties_of=["SlalomFleet"]):
         self._group.members.append(self)
 
 
-_GROUPS: dict[tuple[float, ...], Group] = {}
-"""Agents of the running world that decide together, by the period of the world."""
+_TOGETHER = Group()
+"""Agents of the running world that decide together."""

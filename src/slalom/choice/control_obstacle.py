@@ -25,10 +25,8 @@ from slalom.obstacle.pieces import hull_corners, outline_parts
 from slalom.obstacle.window import ObstacleWindow
 
 BOUNDARY: Final = 2.5e-5
-"""[1] How far the drawn boundary of a control obstacle may be off, as a share of the radius of the window.
-
-Smaller by 4: twice as many points. It never decides about collisions.
-"""
+"""[1] How far the drawn boundary of a control obstacle may be off, as a share of the radius of the window. Smaller by
+4: twice as many points. It never decides about collisions."""
 
 
 class Element(NamedTuple):

@@ -25,7 +25,6 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import BALL_ROUNDING, CONTACT, DEPTH, DIVISOR_FLOOR, JUMP, STILL
 from slalom.kernels.arrays import Flags, Hulls, Indices, Segments
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The motion of obstacles relative to a controlled robot, as one table for kernels and boundaries.
 
 
@@ -97,10 +96,6 @@ def in_frame_of_gain(motion: RelativeMotion) -> RelativeMotion:
 def _through(values: npt.NDArray[Any], rates: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Control points (4, n) of cubics with values (2, n) and rates (2, n) at 0 and 1."""
     return np.stack([values[0], values[0] + rates[0] / 3.0, values[1] - rates[1] / 3.0, values[1]])
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Grazing curves of the elements of a control obstacle, in the plane; their faces make up the control obstacle.
 
 
 class Window(NamedTuple):

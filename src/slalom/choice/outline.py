@@ -32,17 +32,12 @@ from slalom.choice.envelope import (
 from slalom.kernels.arrays import Flags, Indices
 
 COARSE_NORMALS: Final = 0.05
-"""[rad] Angle between the normals of an outline outside the window of a boundary.
-
-Larger: a far outline that crosses the window may be missed. Smaller: more points that are not drawn.
-"""
+"""[rad] Angle between the normals of an outline outside the window of a boundary. Larger: a far outline that crosses
+the window may be missed. Smaller: more points that are not drawn."""
 
 MAX_ARC_POINTS: Final = 65536
-"""[1] Largest number of points on such an arc within the window.
-
-Larger: more memory where a huge radius meets a small tolerance. Smaller: the boundary there is off by more than its
-tolerance.
-"""
+"""[1] Largest number of points on such an arc within the window. Larger: more memory where a huge radius meets a small
+tolerance. Smaller: the boundary there is off by more than its tolerance."""
 
 
 def hull_indices(points: Array) -> Indices:
@@ -280,7 +275,6 @@ def _sweep(times: Array, shape: Outline) -> Array:
     return np.asarray(chords[(chords[:, 0] != chords[:, 1]).any(axis=1)])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Boundary of a control obstacle in the plane: faces between closed curves, each tested in the workspace.
 #
 # The curves of `envelope.py` include the whole boundary and possibly more. They divide the window into faces that are
@@ -288,10 +282,8 @@ def _sweep(times: Array, shape: Outline) -> Array:
 
 
 GRID: Final = 1e-3
-"""[1] The grid on which curves of a boundary meet, as a share of its tolerance.
-
-Larger: corners move by as much. Smaller: below the rounding of a crossing, faces stay open and are lost.
-"""
+"""[1] The grid on which curves of a boundary meet, as a share of its tolerance. Larger: corners move by as much.
+Smaller: below the rounding of a crossing, faces stay open and are lost."""
 
 
 def boundary(

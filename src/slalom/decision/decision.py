@@ -60,11 +60,6 @@ class DecisionInputs(NamedTuple):
     searched: bool = False  # whether a search over sequences made the decision: the navigator alone does not repeat it
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# The decision.
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 # Reports of a decision: the expected collision, the obstacles in the way, a line for a log, a dictionary.
 
 
@@ -189,22 +184,17 @@ def log(decision: "Decision") -> None:
         )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The progress of a robot towards its goal, by which it is found to be stuck.
 
 
 APPROACH_TIME: Final = 0.1
 """[s] A robot has made progress when it is nearer to its goal by what it drives in this time at its largest speed.
-
-Larger: slow robots count as stuck. Smaller: a robot that swings behind an obstacle may count as one that gets on.
-"""
+Larger: slow robots count as stuck. Smaller: a robot that swings behind an obstacle may count as one that gets on."""
 
 
 HELD_UP: Final = 0.6
-"""[1] A robot that comes nearer to its goal at less than this share of its largest speed is held up.
-
-Larger: more choices while it lets others pass. Smaller: it follows others that are slower.
-"""
+"""[1] A robot that comes nearer to its goal at less than this share of its largest speed is held up. Larger: more
+choices while it lets others pass. Smaller: it follows others that are slower."""
 
 
 def approach_of(
@@ -256,10 +246,6 @@ class Approaches:
         self._distance, self._since = np.where(keeps, self._distance, left), np.where(keeps, self._since, now)
         self._target = np.where(keeps[:, None], self._target, targets)
         return now - self._since
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Decisions and their outcomes.
 
 
 class Outcome(Enum):

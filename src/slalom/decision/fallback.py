@@ -24,15 +24,12 @@ from slalom.obstacle.window import SHALLOW_OVERLAP, ObstacleWindow
 
 DEEPEST: Final = 1.0
 """[m] A robot that gets deeper than this into an obstacle within one period, whatever it does, does not avoid it.
-
-Larger: more choices before such a decision. Smaller: fast obstacles that press a robot push it into others.
-"""
+Larger: more choices before such a decision. Smaller: fast obstacles that press a robot push it into others."""
 
 DEEPER_BY: Final = (0.001, 0.004, 0.016, 0.064, 0.256)
 """[m] By how much deeper into all obstacles a robot may get that overlaps some: the first with which it has a control.
-
-More of them: it gets less deep, and such decisions take longer. Larger: bodies that press it may push it through walls.
-"""
+More of them: it gets less deep, and such decisions take longer. Larger: bodies that press it may push it through
+walls."""
 
 
 def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:
@@ -144,15 +141,12 @@ def nearest(preferred: Array, s: Situation, robot: Shape) -> Array:
     return s.admissible.compromise(preferred) if choice.control is None else choice.control
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles with several futures: which of them a decision avoids, and which it gives up.
 
 
 PROBABILITY_SLACK: Final = 1e-9
-"""[1] By how much the probabilities of the futures of one obstacle may exceed 1 together.
-
-Larger: wrong weights pass. Smaller: rounding of right ones is refused.
-"""
+"""[1] By how much the probabilities of the futures of one obstacle may exceed 1 together. Larger: wrong weights pass.
+Smaller: rounding of right ones is refused."""
 
 
 D = TypeVar("D", bound=Decision)

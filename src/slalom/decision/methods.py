@@ -168,10 +168,8 @@ def _ending_at_rest(limits: Limits, period: float, holds: tuple[float, ...]) -> 
 
 
 TURN_SHARES: Final = (1.0, 0.5)
-"""[1] Shares of the largest admissible rate at which turns without end are considered: a tight and a wide circle.
-
-More: more choices where no constant velocity is free. Fewer: less room in which a robot can go on.
-"""
+"""[1] Shares of the largest admissible rate at which turns without end are considered: a tight and a wide circle. More:
+more choices where no constant velocity is free. Fewer: less room in which a robot can go on."""
 
 
 def _turning(limits: Limits, period: float, holds: tuple[float, ...]) -> tuple[Response, ...]:

@@ -65,7 +65,6 @@ from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, listed
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Checks of the input of each decision.
 
 
@@ -95,10 +94,6 @@ def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, othe
     if others is not None:
         same_dimension(others.dimension, d, "robots", "state")
         others.refuse_later(obstacles.start, "robots")
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape.
 
 
 OUTCOMES = (

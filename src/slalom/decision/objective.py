@@ -31,23 +31,16 @@ from slalom.model.state import Affine, State, scaled
 from slalom.model.trajectory import Stationary, Trajectory
 
 AIM_ROUNDS: Final = 12
-"""[1] Rounds in which an objective in Python seeks the earliest aim, each between two times of the one before.
-
-Larger: more time than the last digit needs. Smaller: the aim is later than it could be.
-"""
+"""[1] Rounds in which an objective in Python seeks the earliest aim, each between two times of the one before. Larger:
+more time than the last digit needs. Smaller: the aim is later than it could be."""
 
 FINE_SAMPLES: Final = 17
-"""[1] Number of evenly spaced times from the last sample without an arrival to the first one with an arrival.
-
-They are refined once more. Larger: slower aims. Smaller: the arrival is later by a larger share of the interval.
-"""
+"""[1] Number of evenly spaced times from the last sample without an arrival to the first one with an arrival. They are
+refined once more. Larger: slower aims. Smaller: the arrival is later by a larger share of the interval."""
 
 IMMEDIATE: Final = 1e-3
-"""[s] Least time at which `FollowVelocity` evaluates the velocity of a response.
-
-At 0 an acceleration has no effect on the velocity yet. Larger: the velocity is reached later. Much smaller: rounding of
-the quotient enters the control.
-"""
+"""[s] Least time at which `FollowVelocity` evaluates the velocity of a response. At 0 an acceleration has no effect on
+the velocity yet. Larger: the velocity is reached later. Much smaller: rounding of the quotient enters the control."""
 
 
 class Aim(NamedTuple):
@@ -194,7 +187,7 @@ _COARSE, _FINE = np.arange(float(AIM_TIMES)), np.arange(float(FINE_SAMPLES))
 
 
 def _geometric_times(last: float) -> Array:
-    """COARSE_SAMPLES times [s] from FIRST_SAMPLE to `last` in geometric progression, as np.geomspace."""
+    """AIM_TIMES times [s] from AIM_FIRST to `last` in geometric progression, as np.geomspace."""
     first, end = np.log10(AIM_FIRST), np.log10(last)
     powers = _COARSE * ((end - first) / (AIM_TIMES - 1.0)) + first
     powers[-1] = end

@@ -68,7 +68,6 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The input of one decision as the policy takes it.
 
 
@@ -118,7 +117,6 @@ def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks |
     return some if len(some) else None, rest if rest is not None and len(rest) else None
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Answers of an objective that is written in Python to the kernels that decide.
 
 
@@ -196,16 +194,10 @@ class ObjectiveInPython:
         return np.append(path.times, until + self.navigator.horizon), np.concatenate([path.points, straight[None]])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# The tables from which one robot decides: what all its decisions have in common is made once.
-
-
 REACH_SHARE: Final = 1.25
 """[1] A decision knows passive bodies up to this many times the distance at the largest speed within the horizon.
-
 Larger: more bodies are passed to each decision. Below 1: bodies that the robot can meet are left out. Just above 1: a
-committed manoeuvre that disturbances displace may lead to where bodies are left out, and is not kept then.
-"""
+committed manoeuvre that disturbances displace may lead to where bodies are left out, and is not kept then."""
 
 
 class OwnTable(NamedTuple):

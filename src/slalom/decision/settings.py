@@ -101,10 +101,6 @@ HORIZONS: Final[dict[str, type[Horizon]]] = {"horizon_by_name": HorizonByName, "
 """Rules by the name that files of decisions use."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Settings.
-
-
 def within_horizon(period: float, horizon: float) -> None:
     """Raise InvalidInput for a period [s] of decisions above the horizon [s]: a robot may collide between them."""
     if period > horizon:
@@ -133,17 +129,13 @@ Detours: TypeAlias = Annotated[tuple[float, ...] | None, checked_detours]
 Flag: TypeAlias = Annotated[bool, flag]
 
 DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 60.0))
-"""[rad] Directions of detours, from the direction to the target; first to the right.
-
-More values: more choices per decision. Fewer: robots that block each other stop. Without those to the left: a robot
-with a wall at its right stops.
-"""
+"""[rad] Directions of detours, from the direction to the target; first to the right. More values: more choices per
+decision. Fewer: robots that block each other stop. Without those to the left: a robot with a wall at its right
+stops."""
 
 HELD_UP_TIME: Final = 1.5
 """[1] A robot alone that is held up for this many times of those in which it reaches its largest speed takes detours.
-
-Larger: it waits longer before what blocks its way. Smaller: more choices while it lets others pass.
-"""
+Larger: it waits longer before what blocks its way. Smaller: more choices while it lets others pass."""
 
 
 @dataclass(frozen=True)
@@ -287,7 +279,6 @@ class Settings:
         return float(np.linalg.norm(state.velocity)) > self.limits.max_speed * (1.0 + 10.0 * ADMISSIBLE)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Settings that other classes take over: a new one that they shall have is named here too.
 
 

@@ -11,17 +11,12 @@ from slalom.model.limits import Limits
 from slalom.model.state import State
 
 TURN_SHARE: Final = 0.9
-"""[1] Share of its largest rate at which a robot that must not stop plans to turn at its least speed.
-
-Larger: shorter ways; a robot that turns a little more slowly misses its goal, and flies a circle more. Smaller: longer
-ways.
-"""
+"""[1] Share of its largest rate at which a robot that must not stop plans to turn at its least speed. Larger: shorter
+ways; a robot that turns a little more slowly misses its goal, and flies a circle more. Smaller: longer ways."""
 
 BEHIND: Final = 0.5 * pi
-"""[rad] A robot that must not stop and has to turn by more than this on its way to a goal follows that way.
-
-Larger: it is misled by costs of motion without turning circles. Smaller: it moves at its least speed for longer.
-"""
+"""[rad] A robot that must not stop and has to turn by more than this on its way to a goal follows that way. Larger: it
+is misled by costs of motion without turning circles. Smaller: it moves at its least speed for longer."""
 
 
 class SteadyWay(NamedTuple):

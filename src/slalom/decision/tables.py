@@ -41,11 +41,9 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 
 SAME_POSITION: Final = 1e-6
-"""[m] Robots that overlap and are nearer to each other than this leave in directions by their numbers.
-
-Larger: robots next to each other leave in directions that have nothing to do with their positions. Smaller than the
-rounding of positions: robots that start at one position stay together.
-"""
+"""[m] Robots that overlap and are nearer to each other than this leave in directions by their numbers. Larger: robots
+next to each other leave in directions that have nothing to do with their positions. Smaller than the rounding of
+positions: robots that start at one position stay together."""
 
 GOLDEN_ANGLE: Final = 2.399963229728653
 """[rad] Angle between the directions of robots that follow each other by number: no two directions are near."""
@@ -106,8 +104,6 @@ def _rows(of: int, turns: int, normals: Array, offsets: Array) -> Array:
 def robot_table(n: int, committed: int, observed: int) -> RobotTable:
     """A table of n robots whose paths have up to that many pieces; all values 0, no robot committed."""
     each = zero_records(Robot, n)
-    each["number"] = np.arange(n)
-    each["next_image"] = -1
     each["priority"] = 1.0
     each["present"] = True
     each["settled"], each["response"] = np.inf, -1
@@ -234,17 +230,12 @@ def commit_to(robots: RobotTable, k: int, path: Path) -> None:
 
 
 def publish(robots: RobotTable, k: int) -> None:
-    """Let the others observe the committed path of the robot in row k, and its images on it."""
-    committed = robots.committed
-    observed = robots.observed
-    each = robots.each
-    row = k
+    """Let the others observe the committed path of the robot in row k."""
+    committed, observed = robots.committed, robots.observed
     p = committed.points.shape[1]
-    while row >= 0:
-        observed.times[row] = committed.times[k, -1]
-        observed.times[row, : p + 1] = committed.times[k]
-        observed.points[row, :p] = committed.points[k] + (each["position"][row] - each["position"][k])
-        row = int(each["next_image"][row])
+    observed.times[k] = committed.times[k, -1]
+    observed.times[k, : p + 1] = committed.times[k]
+    observed.points[k, :p] = committed.points[k]
 
 
 def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
@@ -256,21 +247,16 @@ def committed_path(robots: RobotTable, k: int, dimension: int) -> Path:
     return Path(times[: count + 1].copy(), points[:count].copy()[..., :dimension], np.zeros(count))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The responses of robots as tables, from which the compiled policy decides.
 
 
 LINEAR_RESPONSE: Final = 1e-9
-"""[1, m] Relative and absolute error up to which the motion under a response counts as linear in the state.
-
-Larger: a response that is not linear is predicted wrongly. Smaller: rounding refuses a linear one.
-"""
+"""[1, m] Relative and absolute error up to which the motion under a response counts as linear in the state. Larger: a
+response that is not linear is predicted wrongly. Smaller: rounding refuses a linear one."""
 
 TABLE_SPEED: Final = 100.0
-"""[m/s] The tables of responses whose motion is not cubic are within INTERPOLATION up to this speed.
-
-Larger: more pieces in every table. Smaller: the motion of faster robots is less exact than the clearance assumes.
-"""
+"""[m/s] The tables of responses whose motion is not cubic are within INTERPOLATION up to this speed. Larger: more
+pieces in every table. Smaller: the motion of faster robots is less exact than the clearance assumes."""
 
 
 @lru_cache(maxsize=64)
@@ -416,7 +402,6 @@ def _peaks(r: int, response: Response, horizon: float, dimension: int) -> list[t
     return rows
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The bodies of obstacles and robots, grown by the shapes of robots, from which the compiled policy decides.
 
 

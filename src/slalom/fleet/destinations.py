@@ -22,10 +22,8 @@ from slalom.model.shape import is_round
 from slalom.obstacle.window import ObstacleWindow
 
 GOAL_HORIZONS: Final = 100.0
-"""[1] Duration of the tables of goals that move, in horizons; later the tables are made anew.
-
-Larger: more pieces of goals that move on curves. Smaller: the tables are made more often. It changes a curve's pieces.
-"""
+"""[1] Duration of the tables of goals that move, in horizons; later the tables are made anew. Larger: more pieces of
+goals that move on curves. Smaller: the tables are made more often. It changes a curve's pieces."""
 
 
 class Destinations:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
 from functools import partial
@@ -48,7 +47,6 @@ from slalom.decision.tables import (
 )
 from slalom.fleet.destinations import Destinations
 from slalom.fleet.guidance import guidance_of
-from slalom.fleet.images import Images
 from slalom.fleet.observation import Information, observers_of
 from slalom.fleet.right_of_way import PublishedManoeuvre, RightOfWay
 from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
@@ -72,7 +70,6 @@ from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.model.trajectory import ConstantVelocity, Stationary
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, fitting, in_world
@@ -128,8 +125,6 @@ class Fleet:
             is the share of its method, p its priority and q that of the other. With published manoeuvres robots decide
             by falling priority, so that one avoids those before it.
         worlds: (n,) whole numbers from 0. Robots of different worlds do not meet: one step serves many environments.
-        world_period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere.
-            Robots meet all images of robots and obstacles. Positions are not wrapped.
         settings: period, horizon, holds, patience, detours and stuck_after, see `Settings`.
         observation_delay: [s] largest age of the observed states of the others. observation_noise: [m] standard
             deviation of that. Both enter the margin.
@@ -145,9 +140,8 @@ class Fleet:
     Raises:
         InvalidInput: a method for one robot alone; sequences of different lengths; shapes of different dimensions;
             equal names; a period above the horizon; with shared manoeuvres, a horizon shorter than one of them;
-            priorities where a method does not share the avoidance, or with a ratio above PRIORITY_RATIO; a period of
-            the world below the width of a robot; a sight in space, in several worlds, in a world that repeats, or with
-            a hidden speed; guidance in space or in several worlds.
+            priorities where a method does not share the avoidance, or with a ratio above PRIORITY_RATIO; a sight
+            in space, in several worlds, or with a hidden speed; guidance in space or in several worlds.
     """
 
     def __init__(
@@ -162,7 +156,6 @@ class Fleet:
         margin: npt.ArrayLike = Settings.margin,
         priority: npt.ArrayLike = 1.0,
         worlds: npt.ArrayLike | None = None,
-        world_period: Period | None = None,
         observation_delay: float = 0.0,
         observation_noise: float = 0.0,
         threads: int | None = None,
@@ -197,10 +190,8 @@ class Fleet:
         self._approaches = Approaches(n, self.dimension)
         self._fastest = np.array([limits.max_speed for limits in self.members.limits])
         given = self.obstacles.given
-        self.images = None if world_period is None else Images(self.members, self.horizon, world_period)
-        self.observers = [] if sight is None else observers_of(sight, self.members, given, world_period)
-        world_period = None if self.images is None else self.images.period
-        self.guidance = guidance_of(guided, self.members, given, world_period, self.threads)
+        self.observers = [] if sight is None else observers_of(sight, self.members, given)
+        self.guidance = guidance_of(guided, self.members, given, self.threads)
         self.destinations = Destinations(self.members, self.period, self.horizon, self.guidance, bool(guided))
         self.right_of_way = RightOfWay(np.array([method.shared for method in self.members.methods]))
         self.targets, self.information = self.destinations.motion, Information()
@@ -290,11 +281,8 @@ class Fleet:
                 yield policy, some
 
     def _window(self, policy: Policy, obstacles: Obstacles, now: float) -> ObstacleWindow:
-        """The obstacles as the robots of a policy predict them; in a periodic world, for the cell about the origin."""
-        forecast = policy.method.forecast
-        if self.images is not None:
-            return self.images.window(self.table, obstacles, forecast, now)
-        return ObstacleWindow.predicted(obstacles, forecast, now, self.horizon)
+        """The obstacles as the robots of a policy predict them."""
+        return ObstacleWindow.predicted(obstacles, policy.method.forecast, now, self.horizon)
 
     def _grown_bodies(self, window: ObstacleWindow) -> list[GrownBodies]:
         """Passive obstacles on predicted trajectories and the robots, grown by each kind of skeleton."""
@@ -312,10 +300,9 @@ class Fleet:
         if self._turning:
             states = [self._state(k) for k in range(len(self.members.limits))]
             self._bounds = bounds_of(self.members.limits, states)
-        with self._among_images(order):
-            fallen = self._decide_together(order, settings, bodies, obstacles)
-            if self.watch is not None:
-                self.watch(order, self.table, obstacles)
+        fallen = self._decide_together(order, settings, bodies, obstacles)
+        if self.watch is not None:
+            self.watch(order, self.table, obstacles)
         found = self.table.each["outcome"].tolist()
         return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
 
@@ -351,19 +338,6 @@ class Fleet:
                 observed.times[:], observed.points[:] = times, points
         return outcomes
 
-    @contextmanager
-    def _among_images(self, some: Indices) -> Iterator[None]:
-        """Let the table hold the images that `some` robots can meet, in a periodic world, see `Images.around`."""
-        if self.images is None:
-            yield
-            return
-        whole = self.table, self.targets
-        with self.images.around(*whole, some) as (self.table, self.targets):
-            try:
-                yield
-            finally:
-                self.table, self.targets = whole
-
     def _state(self, k: int) -> State:
         """The state of the robot in row k."""
         each, d = self.table.each, self.dimension
@@ -394,18 +368,15 @@ class Fleet:
         each, d = table.each, self.dimension
         world = int(each["world"][k])
         passive = in_world(obstacles, world)
-        if self.images is not None:
-            passive = [*self.images.met(table, k, passive, self.members.methods[k].forecast, now, d)]
         reach = reaches(each, self.horizon)
         away = np.linalg.norm(each["position"] - each["position"][k], axis=1)
         met = each["present"] & (each["world"] == world) & (away <= reach + reach[k] + each["margin_among"][k])
         others = {}
-        for j in np.flatnonzero(met & (each["number"] != k)).tolist():
+        for j in np.flatnonzero(met & (np.arange(len(met)) != k)).tolist():
             path = observed_path(table, j, k, d)
             # A path that lasts beyond the horizon is not continued, which would take longer than its pieces.
             lasts = path.span[1] > now + self.horizon
-            number = int(each["number"][j])
-            shape, name = self.members.shapes[number], self.members.names[number]
+            shape, name = self.members.shapes[j], self.members.names[j]
             others[j] = Obstacle(shape, path, name, after_end="leaves" if lasts else "unknown")
         return passive, others
 

@@ -5,7 +5,6 @@ from typing import Final, TypeAlias
 
 import numpy as np
 import shapely
-from shapely.affinity import translate
 
 from slalom import kernels
 from slalom.base.checks import Array, flag
@@ -16,63 +15,44 @@ from slalom.kernels.arrays import Flags
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.model.goal import least_distance
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import Period, between
 from slalom.obstacle.pieces import outline_parts
 
 HALF_DIAGONAL: Final = 0.7
-"""[cell] Half the diagonal of a cell, rounded down: within it the clearance is hardly larger by more.
-
-Larger: paths through cells along walls that are occupied. Smaller: ways just wide enough along a wall count as closed.
-"""
+"""[cell] Half the diagonal of a cell, rounded down: within it the clearance is hardly larger by more. Larger: paths
+through cells along walls that are occupied. Smaller: ways just wide enough along a wall count as closed."""
 
 ARRIVAL_LOST: Final = 2.0
-"""[1] A robot at its goal no longer counts as arrived beyond this many tolerances from it.
-
-Guidance moves robots away from their goals to let others pass. Nearer to 1: robots that move aside by a little are no
-longer parked. Larger: a robot that was moved away stays there and counts as arrived.
-"""
+"""[1] A robot at its goal no longer counts as arrived beyond this many tolerances from it. Guidance moves robots away
+from their goals to let others pass. Nearer to 1: robots that move aside by a little are no longer parked. Larger: a
+robot that was moved away stays there and counts as arrived."""
 
 GUIDED_ROBOTS_PER_THREAD: Final = 250
-"""[1] Fewest robots whose targets are worth a thread; a target takes about a tenth of the time of a decision.
-
-Smaller: threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target.
-"""
+"""[1] Fewest robots whose targets are worth a thread; a target takes about a tenth of the time of a decision. Smaller:
+threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target."""
 
 SEARCHES_PER_THREAD: Final = 4
-"""[1] Fewest robots whose searches for waypoints are worth a thread: one search takes 3 us to several ms.
-
-Smaller: threads take longer to start than their robots to search. Larger: fewer cores are used. It changes no waypoint.
-"""
+"""[1] Fewest robots whose searches for waypoints are worth a thread: one search takes 3 us to several ms. Smaller:
+threads take longer to start than their robots to search. Larger: fewer cores are used. It changes no waypoint."""
 
 WAYPOINT_INTERVAL: Final = 5
-"""[decisions] From one search for the waypoint of a robot to the next; each robot searches at another decision.
-
-Larger: cheaper steps, later reactions to robots that have parked in the way. Smaller: more searches per step.
-"""
+"""[decisions] From one search for the waypoint of a robot to the next; each robot searches at another decision. Larger:
+cheaper steps, later reactions to robots that have parked in the way. Smaller: more searches per step."""
 
 GRID_CELL: Final = 0.7
-"""[1] Width of the cells of the grid of waypoints, as a share of the smallest robot's radius.
-
-Larger: passages that a robot fits through are closed. Smaller: more cells, slower searches.
-"""
+"""[1] Width of the cells of the grid of waypoints, as a share of the smallest robot's radius. Larger: passages that a
+robot fits through are closed. Smaller: more cells, slower searches."""
 
 GRID_CELLS: Final = 400
-"""[1] Most cells along a side of that grid: a larger scene has wider cells.
-
-Larger: finer grids of large scenes, with a memory and a time of search that grow with the square.
-"""
+"""[1] Most cells along a side of that grid: a larger scene has wider cells. Larger: finer grids of large scenes, with a
+memory and a time of search that grow with the square."""
 
 GRID_BORDER: Final = 4.0
-"""[1] Width of the border around all robots, goals and obstacles at rest in that grid, in largest radii.
-
-Smaller: no cells for a path around an obstacle at the edge of the scene. Larger: more cells that no path uses.
-"""
+"""[1] Width of the border around all robots, goals and obstacles at rest in that grid, in largest radii. Smaller: no
+cells for a path around an obstacle at the edge of the scene. Larger: more cells that no path uses."""
 
 PARKED_SPEED: Final = 0.05
-"""[m/s] A robot at its goal that is slower than this is parked: waypoints lead around it.
-
-Larger: robots that still brake are obstacles of the search. Smaller: a robot that drifts at its goal blocks others.
-"""
+"""[m/s] A robot at its goal that is slower than this is parked: waypoints lead around it. Larger: robots that still
+brake are obstacles of the search. Smaller: a robot that drifts at its goal blocks others."""
 
 
 Outlines: TypeAlias = list[tuple[shapely.Geometry, float]]
@@ -83,13 +63,11 @@ class Guidance:
     """The targets of robots in the plane that avoid each other, in `guide` as arrays.
 
     Guidance has no part in safety: with any target the decision of a robot avoids all obstacles. Robots go around
-    obstacles at rest, pass on traffic circles, and move aside on request. In a periodic world they only keep right of
-    frontal robots, and move aside on request.
+    obstacles at rest, pass on traffic circles, and move aside on request.
 
     Args:
         radii, max_speeds: (n,) [m], [m/s]. margin: [m] between bodies.
         obstacles: those at rest are gone around.
-        world_period: (d,) [m] see `Fleet`.
 
     Attributes:
         guide: the table of `kernels.guidance`. A caller writes states, goals and arrivals into it before `update`.
@@ -103,12 +81,10 @@ class Guidance:
         margin: float,
         obstacles: Sequence[Obstacle],
         *,
-        world_period: Period | None = None,
         threads: int | None = None,
     ) -> None:
         n, self.margin = len(radii), margin
         self.threads = kernels.threads() if threads is None else threads
-        self._world_period = world_period
         self._updates = 0
         self._reach = np.full((2, 2), np.nan)
         self._at_rest = [obstacle for obstacle in obstacles if obstacle.at_rest]
@@ -131,7 +107,6 @@ class Guidance:
             yielding=np.zeros((n, 4)),
             arrived=np.zeros(n, np.bool_),
             visited=np.zeros(n, np.bool_),
-            period=_plane_period(world_period),
             circle=np.zeros((n, 4)),
         )
 
@@ -171,11 +146,6 @@ class Guidance:
             parts = [part for obstacle in self._at_rest for part in outline_parts(obstacle, now)]
             self._outlines = [(_outline(part.corners), part.radius) for part in parts]
         self._cover(self._outlines)
-        if guide.period.any():
-            guide.waypoint[:] = guide.goal
-            kernels.keep_right(guide)
-            kernels.give_way(guide, self.grid, self.margin, now, period)
-            return
         self._search_waypoints()
         update, rows = kernels.update_targets, np.arange(len(guide.radius))
         map_in_threads(lambda part: update(part, guide), rows, self.threads, GUIDED_ROBOTS_PER_THREAD)
@@ -201,9 +171,6 @@ class Guidance:
         guide = self.guide
         places = np.concatenate([guide.position[guide.present, :2], guide.goal[:, :2]])
         low, high = self._reach
-        if guide.period.any() and not np.isnan(low).any():
-            # It covers a whole period.
-            return
         if not ((places >= low) & (places <= high)).all():
             self.grid, self._reach = self._made(places, outlines)
 
@@ -217,16 +184,6 @@ class Guidance:
         positions = np.concatenate([places, *corners])
         border = GRID_BORDER * float(guide.radius.max())
         low, high = positions.min(axis=0) - border, positions.max(axis=0) + border
-        if self._world_period is not None:
-            # The grid covers one period, with the images of obstacles at rest that reach into it.
-            high = np.where(guide.period > 0.0, low + guide.period, high)
-            outlines = [
-                (translate(outline, *by), radius)
-                for outline, radius in outlines
-                for by in between(
-                    low - border - outline.bounds[2:], high + border - outline.bounds[:2], self._world_period
-                )
-            ]
         width = max(GRID_CELL * float(guide.radius.min()), float((high - low).max()) / GRID_CELLS)
         counts = np.ceil((high - low) / width).astype(int) + 1
         clearance = _clearance(outlines, np.moveaxis(np.indices(counts), 0, -1) * width + low)
@@ -274,9 +231,7 @@ def _passage(outlines: Outlines, clearance: Array, low: Array, width: float, mos
     return found
 
 
-def guidance_of(
-    guided: bool | None, members: Members, obstacles: Sequence[Obstacle], world_period: Period | None, threads: int
-) -> Guidance | None:
+def guidance_of(guided: bool | None, members: Members, obstacles: Sequence[Obstacle], threads: int) -> Guidance | None:
     """The guidance of a fleet, None for one that is not `guided`; see `Fleet` for a value of None.
 
     Raises:
@@ -294,15 +249,8 @@ def guidance_of(
         np.array([float(limits.max_speed) for limits in members.limits]),
         float(members.margins.max()),
         obstacles,
-        world_period=world_period,
         threads=threads,
     )
-
-
-def _plane_period(world_period: Period | None) -> Array:
-    """The period (2,) [m] along x and y, 0 where the world does not repeat."""
-    period = np.array((world_period or ())[:2])
-    return np.where(np.isfinite(period), period, 0.0) if len(period) else np.zeros(2)
 
 
 def _outline(corners: Array) -> shapely.Geometry:

@@ -11,7 +11,6 @@ from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import RobotTable
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import Period
 from slalom.obstacle.table import ObstacleTable
 from slalom.perception.sight import Sight, Visibility
 
@@ -19,7 +18,7 @@ from slalom.perception.sight import Sight, Visibility
 class Information:
     """What the robots of a fleet know of each other: all states and all published manoeuvres, as they are now.
 
-    A simulator with late or lost messages and observations has a subclass.
+    A simulator with late or lost observations has a subclass.
     """
 
     def receive(self, table: RobotTable, now: float) -> None:
@@ -69,13 +68,11 @@ class Observer:
         return [self._map, *moving, *self.last.hidden]
 
 
-def observers_of(
-    sight: Sight, members: Members, obstacles: Sequence[Obstacle], world_period: Period | None
-) -> list[Observer]:
+def observers_of(sight: Sight, members: Members, obstacles: Sequence[Obstacle]) -> list[Observer]:
     """The sight of each robot of a fleet. Raises InvalidInput as the fleet."""
     has(sight, ("look", "range"), "a Sight, or None", "sight")
-    if members.shapes[0].dimension != 2 or world_period is not None or members.worlds.any():
-        raise InvalidInput("sight: expected none in space, in a periodic world or in several worlds, found one")
+    if members.shapes[0].dimension != 2 or members.worlds.any():
+        raise InvalidInput("sight: expected none in space or in several worlds, found one")
     if sight.hidden_speed is not None:
         raise InvalidInput(f"sight: expected no hidden speed in a fleet, found {sight.hidden_speed:g} m/s")
     return [Observer(sight, obstacles) for _ in members.shapes]

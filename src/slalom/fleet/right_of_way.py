@@ -16,35 +16,25 @@ from slalom.kernels.decision.tables import ARRIVE, NO_CLAIMS, Claims, RobotTable
 from slalom.obstacle import Obstacle
 
 CLAIM_AFTER: Final = 1.5
-"""[1] A robot claims its way after so many times of those in which it reaches its largest speed.
-
-Larger: robots that block each other lose time. Smaller: robots leave ways that would soon be free.
-"""
+"""[1] A robot claims its way after so many times of those in which it reaches its largest speed. Larger: robots that
+block each other lose time. Smaller: robots leave ways that would soon be free."""
 
 CLAIM_LENGTH: Final = 3.0
-"""[1] Length of a claimed way in distances that the robot drives at its largest speed in the time to reach it.
-
-Larger: robots move aside that leave by themselves. Smaller: they move aside late.
-"""
+"""[1] Length of a claimed way in distances that the robot drives at its largest speed in the time to reach it. Larger:
+robots move aside that leave by themselves. Smaller: they move aside late."""
 
 CLAIM_GROWTH: Final = 0.03
-"""[1] Rate at which the claimed way gets wider on either side, as a share of the largest speed.
-
-With 0, robots enclose each other: 1 of 60 passed a doorway. With 0.07, robots in a room were pushed into its corners.
-Larger: more robots move aside. Smaller: outer robots make place later.
-"""
+"""[1] Rate at which the claimed way gets wider on either side, as a share of the largest speed. With 0, robots enclose
+each other: 1 of 60 passed a doorway. With 0.07, robots in a room were pushed into its corners. Larger: more robots move
+aside. Smaller: outer robots make place later."""
 
 HELD_UP_SPEED: Final = 0.3
-"""[1] A robot that comes nearer to its target at less than this share of its largest speed is held up.
-
-Larger: robots that pass others slowly claim their ways. Smaller: robots that creep claim none.
-"""
+"""[1] A robot that comes nearer to its target at less than this share of its largest speed is held up. Larger: robots
+that pass others slowly claim their ways. Smaller: robots that creep claim none."""
 
 CLAIM_RECOVERY: Final = 10.0
-"""[1] The time for which a robot has been held up falls so many times faster than it rises.
-
-Larger: a robot that starts loses its right of way at once. With 2, claims of 10 s and more outlast their cause.
-"""
+"""[1] The time for which a robot has been held up falls so many times faster than it rises. Larger: a robot that starts
+loses its right of way at once. With 2, claims of 10 s and more outlast their cause."""
 
 
 class Standing(NamedTuple):
@@ -125,10 +115,10 @@ class RightOfWay:
         ranks[np.lexsort(keys)] = np.arange(len(position))
         each["rank"], self._other_ranks = ranks[: len(left)], ranks[len(left) :]
 
-    def _ways(self, each: Any) -> tuple[Array, Array]:
-        """The ways (m, 3) [m] that robots `each` (m,) claim, and half their widths (m,) [m]; 0: none is claimed."""
+    def _ways(self, each: Any, held_up: Array) -> tuple[Array, Array]:
+        """The claimed ways (m, 3) [m] of robots `each`, held up for (m,) [s], and half widths (m,) [m]; 0: no claim."""
         fast = each["max_speed"] / each["max_acceleration"]
-        longer = self.held_up[each["number"]] - CLAIM_AFTER * fast
+        longer = held_up - CLAIM_AFTER * fast
         way = each["target"] - each["position"]
         most = CLAIM_LENGTH * fast * each["max_speed"]
         way *= np.minimum(most / np.maximum(np.linalg.norm(way, axis=1), 1e-12), 1.0)[:, None]
@@ -136,13 +126,13 @@ class RightOfWay:
         return way, np.where(each["present"] & (longer >= 0.0), width, 0.0)
 
     def claims(self, table: RobotTable) -> Claims:
-        """The claims of the robots in a table, which may hold images of them, and of other fleets in every world."""
+        """The claims of the robots in a table, and of other fleets in every world."""
         others = [k for k, one in enumerate(self._others) if one.width > 0.0]
-        rows = np.flatnonzero(self.held_up[table.each["number"]] > 0.0)
+        rows = np.flatnonzero(self.held_up > 0.0)
         if not self._active or not (len(rows) or others):
             return NO_CLAIMS
         each, worlds = table.each[rows], int(table.each["world"].max()) + 1
-        way, width = self._ways(each)
+        way, width = self._ways(each, self.held_up[rows])
         some, met = np.flatnonzero(width > 0.0), [self._others[k] for k in others]
         world = np.concatenate([each["world"][some], np.repeat(np.arange(worlds), len(met))])
         order = np.argsort(world, kind="stable")
@@ -161,7 +151,7 @@ class RightOfWay:
     def standings(self, table: RobotTable) -> list[Standing | None]:
         """The right of way of each robot, to publish; None for a robot that publishes no manoeuvres."""
         each = table.each
-        ways, widths = self._ways(each)
+        ways, widths = self._ways(each, self.held_up)
         rows = zip(
             self._visited.tolist(), self._left.tolist(), each["position"].tolist(), ways.tolist(), widths.tolist()
         )

@@ -18,7 +18,6 @@ from slalom.decision import Outcome
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import CellList, DecisionTables
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Work on many robots in threads: kernels release Python's lock.
 
 
@@ -48,15 +47,9 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# The order in which the robots of a fleet decide.
-
-
 ROBOTS_PER_THREAD: Final = 20
-"""[1] Fewest robots whose decisions are worth a thread, and half the fewest per round that are worth rounds.
-
-Smaller: threads take longer to start than their robots to decide. Larger: fewer cores are used. It changes no decision.
-"""
+"""[1] Fewest robots whose decisions are worth a thread, and half the fewest per round that are worth rounds. Smaller:
+threads take longer to start than their robots to decide. Larger: fewer cores are used. It changes no decision."""
 
 
 FallBack = Callable[[int], Outcome]

@@ -20,11 +20,8 @@ from slalom.model.shape import Shape
 from slalom.model.trajectory import ConstantAcceleration
 
 PRIORITY_RATIO: Final = 10.0
-"""[1] Largest ratio of the priorities of two robots in a fleet.
-
-Larger: a robot may leave almost all of the avoidance to the other, and more bodies are in reach of a decision.
-Smaller: less difference between robots.
-"""
+"""[1] Largest ratio of the priorities of two robots in a fleet. Larger: a robot may leave almost all of the avoidance
+to the other, and more bodies are in reach of a decision. Smaller: less difference between robots."""
 
 
 T = TypeVar("T")
@@ -117,15 +114,12 @@ def _each(value: T | Sequence[T], n: int) -> list[T]:
     return list(value) if isinstance(value, Sequence) else [value] * n
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Robots of a fleet that decide by one method: their settings, and how they predict the other robots.
 
 
 FORECAST_HORIZONS: Final = 10.0
-"""[1] Duration of the tables of predicted robots, in horizons. Older observations are predicted one by one.
-
-Larger: tables of forecasts that are not polynomials have more pieces. Smaller: late sensing is slower.
-"""
+"""[1] Duration of the tables of predicted robots, in horizons. Older observations are predicted one by one. Larger:
+tables of forecasts that are not polynomials have more pieces. Smaller: late sensing is slower."""
 
 
 class Policy:

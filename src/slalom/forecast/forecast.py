@@ -12,16 +12,12 @@ from slalom.forecast.from_models import FromModels as FromModels
 from slalom.model.trajectory import Circular, ConstantAcceleration, ConstantVelocity, PiecewisePolynomial, Trajectory
 
 STRAIGHT_TURN_RATE: Final = 0.001
-"""[rad/s] Obstacles that turn more slowly are predicted to move straight on.
-
-Larger: gentle turns are ignored. Smaller: circles of enormous radius lose digits.
-"""
+"""[rad/s] Obstacles that turn more slowly are predicted to move straight on. Larger: gentle turns are ignored. Smaller:
+circles of enormous radius lose digits."""
 
 PAST_POSITIONS: Final = 5
-"""[1] Number of past positions to which `FromPast` fits its parabola.
-
-Larger: more smoothing of noise. Smaller: noise enters the prediction.
-"""
+"""[1] Number of past positions to which `FromPast` fits its parabola. Larger: more smoothing of noise. Smaller: noise
+enters the prediction."""
 
 
 @runtime_checkable
@@ -205,12 +201,10 @@ FORESIGHTS: Final[dict[str, Forecast]] = {
     "observed_velocity": FromPast(AtConstantVelocity(), growth=0.2),
     "observed_turn": FromPast(AtConstantTurn(), growth=0.1),
 }
-"""Levels of foresight by name.
-
-recorded: all trajectories, including obstacles that appear later. present: the trajectories of present obstacles.
-observed: predictions from past positions with several motion models. observed_velocity, observed_turn: with a constant
-velocity or a constant turn; their growth rates were tuned on separate tasks (docs/design/0010).
-"""
+"""Levels of foresight by name. recorded: all trajectories, including obstacles that appear later. present: the
+trajectories of present obstacles. observed: predictions from past positions with several motion models.
+observed_velocity, observed_turn: with a constant velocity or a constant turn; their growth rates were tuned on separate
+tasks (docs/design/0010)."""
 
 
 def foresight_of(forecast: Forecast) -> str:

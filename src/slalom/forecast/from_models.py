@@ -18,7 +18,6 @@ from slalom.model.trajectory.composite import part_until
 from slalom.model.trajectory.kinds import positions_of
 from slalom.model.uncertainty import BoundedError
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Motion models fitted to the past positions of one track, weighted by how well each predicted the track so far.
 #
 # Time counts in spacings between the positions, so the result follows the sampling of the track. A model is a velocity
@@ -28,40 +27,28 @@ from slalom.model.uncertainty import BoundedError
 
 
 MODEL_LEAD: Final = 8
-"""[spacings] Over which motion models are compared with the past.
-
-Larger: less of the past is left to compare with, and models that last longer weigh more. Smaller: noise counts more.
-"""
+"""[spacings] Over which motion models are compared with the past. Larger: less of the past is left to compare with, and
+models that last longer weigh more. Smaller: noise counts more."""
 
 MODEL_CHECKS: Final = (0, 2, 4, 6, 8, 10, 14, 18, 24)
-"""[spacings] Before now, at which predictions of motion models are compared with the track.
-
-Earlier ones: a model that was good once stays longer. Fewer: weights jump with single errors.
-"""
+"""[spacings] Before now, at which predictions of motion models are compared with the track. Earlier ones: a model that
+was good once stays longer. Fewer: weights jump with single errors."""
 
 MODEL_SHARPNESS: Final = 6.0
-"""[1] Power of the past error in the weight of a motion model.
-
-Larger: the best model alone counts. Smaller: bad models pull the mean.
-"""
+"""[1] Power of the past error in the weight of a motion model. Larger: the best model alone counts. Smaller: bad models
+pull the mean."""
 
 LEAST_FUTURE: Final = 0.02
-"""[1] Least probability of a future of its own; less probable motions join the nearest one.
-
-Larger: rare motions bend the likely ones. Smaller: more futures that hardly ever happen.
-"""
+"""[1] Least probability of a future of its own; less probable motions join the nearest one. Larger: rare motions bend
+the likely ones. Smaller: more futures that hardly ever happen."""
 
 MODEL_PRIOR: Final = 0.12
-"""[1] Error of a motion model before any is known, as a share of the way.
-
-Larger: tracks that have just appeared get larger radii, and their models equal weights. Smaller: the reverse.
-"""
+"""[1] Error of a motion model before any is known, as a share of the way. Larger: tracks that have just appeared get
+larger radii, and their models equal weights. Smaller: the reverse."""
 
 MODEL_KNOTS: Final = (0, 4, 8, 14, 22, 32, 45, 60)
-"""[spacings] Knots of the predicted curve, after which it is straight.
-
-Later ones: turns are predicted further, for more pieces. Fewer: the curve leaves the mean of the models.
-"""
+"""[spacings] Knots of the predicted curve, after which it is straight. Later ones: turns are predicted further, for
+more pieces. Fewer: the curve leaves the mean of the models."""
 
 
 class _Model(NamedTuple):
@@ -249,7 +236,6 @@ def _fit(k: int, newest: int, samples: int, order: int) -> Array:
     return rows
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What tracks that were similar before did next: a model of the motion at a place, learned from the observed past.
 #
 # People follow each other around a corner, and cars follow the lanes of a roundabout. Positions of all tracks, at
@@ -389,30 +375,20 @@ def _expected(at: _Moment, lead: int, count: int) -> Array:
     return found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Forecasts of tracks from several motion models, and the radius of their errors.
-
-
 PAST_SPACING: Final = 0.1
-"""[s] Spacing of the past positions of an obstacle that is not a `Sampled` trajectory, or has few samples.
-
-Larger: short motions are smoothed. Smaller: the models see less of the past, and more rounding.
-"""
+"""[s] Spacing of the past positions of an obstacle that is not a `Sampled` trajectory, or has few samples. Larger:
+short motions are smoothed. Smaller: the models see less of the past, and more rounding."""
 
 SPACINGS: Final = (0.05, 10.0)
-"""[s] Least and largest spacing of the past positions that motion models use.
-
-A smaller least: the noise of fast sensors enters. A larger greatest: the models of rare samples reach further back.
-"""
+"""[s] Least and largest spacing of the past positions that motion models use. A smaller least: the noise of fast
+sensors enters. A larger greatest: the models of rare samples reach further back."""
 
 NEWEST_SAMPLES: Final = 30.0
 """[s] Past in which the spacing of a sampled track is measured. Smaller: slow sensors have too few samples in it."""
 
 FEWEST_PAST: Final = 3
-"""[1] Spacings of the past that motion models have at least; of a shorter past they are parts.
-
-Larger: noise of the first positions enters. Smaller: no acceleration is fitted at first.
-"""
+"""[1] Spacings of the past that motion models have at least; of a shorter past they are parts. Larger: noise of the
+first positions enters. Smaller: no acceleration is fitted at first."""
 
 
 @dataclass(frozen=True)

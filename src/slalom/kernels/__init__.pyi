@@ -22,7 +22,6 @@ from .geometry.boundaries import axes_along as axes_along
 from .geometry.hulls import distances as distances
 from .guidance.priority_inheritance import give_way as give_way
 from .guidance.traffic_circle import (
-    keep_right as keep_right,
     update_targets as update_targets,
     update_waypoints as update_waypoints,
 )

@@ -108,7 +108,7 @@ class Workspace(NamedTuple):
     """Buffers of the search for collisions on one table, made once and used for every control."""
 
     gaps: Array  # (n,) [m] results of the chord test
-    separating: Array  # (n, 7) directions, see `geometry.hull_bounds.put_separating`
+    separating: Array  # (n, 7) directions, see `geometry.hulls.put_separating`
     stack: Array  # nodes of a bisection, see `geometry.cubic.new_stack`
     path: Array  # (4, 5) control points of one hull's origin and direction
     corners: Array  # (c, 3) [m] corners of one hull
@@ -125,7 +125,6 @@ class TrackSamples(NamedTuple):
     longest: Array  # (n,) [m] the longest way of each in one spacing
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Records: rows of an array whose fields are numbers and small arrays, such as all that is known of one robot.
 #
 # A kernel takes an array of records as one argument, and one record as a pointer. With one array for each field a
@@ -185,7 +184,6 @@ def zero_records(fields: type[R], n: int) -> Records[R]:
     return cast(Records[R], np.zeros(n, record_type(cast(Hashable, fields))))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Bodies: convex parts of obstacles, grown by parts of a robot, over time.
 
 
@@ -287,7 +285,6 @@ def joined_corners(parts: Sequence[MaybeCorners]) -> MaybeCorners:
     return Corners(np.concatenate(corners), np.concatenate(first), np.concatenate(unordered))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tables for many choices in one call.
 
 

@@ -130,7 +130,6 @@ def _read_field(context: Any, builder: Any, reference: TableReference, address: 
     return impl_ret_borrowed(context, builder, ty, value)  # type: ignore[no-untyped-call]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tables that stay in memory from call to call: one kernel decides for many of them, and Python passes addresses.
 #
 # The caller holds the arrays of a table as long as its address is used.

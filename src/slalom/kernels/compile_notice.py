@@ -16,7 +16,5 @@ def _log(kept: bool) -> None:
 
 
 when_compiling: list[Callable[[bool], None]] = [_log]
-"""Functions that are called once each when the first kernel is compiled, with whether the result is cached on disk.
-
-By default the logger "slalom" warns.
-"""
+"""Functions that are called once each when the first kernel is compiled, with whether the result is cached on disk. By
+default the logger "slalom" warns."""

@@ -8,7 +8,6 @@ from slalom.base.tolerances import SIMILAR_MEMORY, SIMILAR_VELOCITY_SPAN
 from slalom.kernels.arrays import Array, Indices, TrackSamples
 from slalom.kernels.jit import kernel, squared
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Velocities of agents in the plane that all avoid each other, each by a half of the least change that it takes.
 #
 # The model is optimal reciprocal collision avoidance (van den Berg, Guy, Lin and Manocha, 2011). Each pair permits
@@ -16,16 +15,12 @@ from slalom.kernels.jit import kernel, squared
 
 
 CROWD_RELAXATIONS: Final = 40
-"""[1] Bisections of the amount by which the half-planes of an agent are moved where they permit no velocity.
-
-More: never needed. Fewer: a velocity that is not nearest to what is permitted.
-"""
+"""[1] Bisections of the amount by which the half-planes of an agent are moved where they permit no velocity. More:
+never needed. Fewer: a velocity that is not nearest to what is permitted."""
 
 PARALLEL_LINES: Final = 1e-10
-"""[1] Sine of the angle below which the borders of two half-planes do not intersect.
-
-Larger: half-planes at a small angle count as parallel. Smaller: intersections far away, with rounding.
-"""
+"""[1] Sine of the angle below which the borders of two half-planes do not intersect. Larger: half-planes at a small
+angle count as parallel. Smaller: intersections far away, with rounding."""
 
 
 @kernel
@@ -173,7 +168,6 @@ def nearest_velocity(
     return True, x, y
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Displacements of tracks, from what tracks with similar positions and velocities did before.
 #
 # Each earlier step of each track is a motion. Its weight falls with the distances of its position and velocity from
@@ -182,31 +176,23 @@ def nearest_velocity(
 
 
 SIMILAR_PLACE: Final = 3.0
-"""[spacings] Scale of the distance between similar motions: the way in this time at the present speed.
-
-Larger: motions of other lanes count. Smaller: few earlier motions are similar.
-"""
+"""[spacings] Scale of the distance between similar motions: the way in this time at the present speed. Larger: motions
+of other lanes count. Smaller: few earlier motions are similar."""
 
 SIMILAR_VELOCITY: Final = 0.3
-"""[1] Scale of the difference between velocities of similar motions, as a share of the present speed.
-
-Larger: motions that turn elsewhere count. Smaller: few earlier motions are similar.
-"""
+"""[1] Scale of the difference between velocities of similar motions, as a share of the present speed. Larger: motions
+that turn elsewhere count. Smaller: few earlier motions are similar."""
 
 SIMILAR_REACH: Final = 4.0
 """[1] Scales beyond which motions are not similar. Larger: weights of 0 are added. Smaller: weights jump to 0."""
 
 SIMILAR_DOUBT: Final = 0.5
-"""[1] Weight of the present velocity beside the weights of similar motions, each at most 1.
-
-Larger: single earlier motions count less. Smaller: one earlier motion is repeated as it was.
-"""
+"""[1] Weight of the present velocity beside the weights of similar motions, each at most 1. Larger: single earlier
+motions count less. Smaller: one earlier motion is repeated as it was."""
 
 SIMILAR_CANDIDATES: Final = 4
-"""[1] Similar motions that are kept, in multiples of those that count: some end too early for later knots.
-
-Larger: more work. Smaller: fewer count at late knots.
-"""
+"""[1] Similar motions that are kept, in multiples of those that count: some end too early for later knots. Larger: more
+work. Smaller: fewer count at late knots."""
 
 
 @kernel

@@ -239,7 +239,6 @@ def threads() -> int:
     return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The square of a number.
 
 

@@ -18,29 +18,22 @@ from slalom.obstacle.window import ObstacleWindow
 from slalom.sim.explanation import Reasons, kind
 from slalom.view.control_space import admissible_region
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Control obstacles of single obstacles on the drawn plane: exact outlines, and times to collision on a grid.
 #
 # They are kept between messages, so that after a change of one obstacle only its own are computed anew.
 
 
 VIEW_GRID: Final = 61
-"""[1] Grid points along each axis on which the renderer colours times to collision, inside exact outlines.
-
-Larger: finer shades, and more time for each obstacle that is dragged. Smaller: coarser shades.
-"""
+"""[1] Grid points along each axis on which the renderer colours times to collision, inside exact outlines. Larger:
+finer shades, and more time for each obstacle that is dragged. Smaller: coarser shades."""
 
 VIEW_SLICE_GRID: Final = 121
 """[1] Grid points along each axis of a slice of the control space of a robot in space, whose outline they determine.
-
-Larger: a finer outline and more time. Smaller: a coarser outline.
-"""
+Larger: a finer outline and more time. Smaller: a coarser outline."""
 
 VIEW_CONTEXTS: Final = 24
-"""[1] States and responses of which a view keeps control obstacles of single obstacles.
-
-Larger: more memory, about 30 kB for each obstacle of each. Smaller: more is computed again after a change of response.
-"""
+"""[1] States and responses of which a view keeps control obstacles of single obstacles. Larger: more memory, about 30
+kB for each obstacle of each. Smaller: more is computed again after a change of response."""
 
 
 PLANES: Final = {2: ((0, 1),), 3: ((0, 1), (0, 2), (1, 2))}
@@ -143,21 +136,16 @@ class Fields:
         return found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Projections of the control space of a robot in space: where an admissible control is free, seen along each axis.
 
 
 VIEW_PROJECTION_GRID: Final = 33
-"""[1] Grid points along each axis of the projections of the control space of a robot in space.
-
-Larger: finer projections, and time that grows with the cube. Smaller: narrow free parts may be missed in them.
-"""
+"""[1] Grid points along each axis of the projections of the control space of a robot in space. Larger: finer
+projections, and time that grows with the cube. Smaller: narrow free parts may be missed in them."""
 
 VIEW_SILHOUETTE: Final = 800
 """[1] Directions in which the border of an admissible set in space is sought, whose hull is drawn as its projection.
-
-Larger: a smoother outline. Smaller: an outline with visible corners.
-"""
+Larger: a smoother outline. Smaller: an outline with visible corners."""
 
 
 NONE: Final = 255
@@ -211,10 +199,6 @@ def silhouette(admissible: Admissible, inner: Array) -> Array:
         within = admissible.excess(middle + half[:, None] * ways) <= 0.0
         low, high = np.where(within, half, low), np.where(within, high, half)
     return np.asarray(middle + low[:, None] * ways)
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# The `control` message: the control space of one robot at one step, and what it predicts.
 
 
 CENTIMETRE: Final = 0.01

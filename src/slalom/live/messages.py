@@ -136,7 +136,6 @@ def unpack(message: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
     return fields, arrays
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Pages with the renderer: one file with its data, and the page of the server.
 
 
@@ -194,7 +193,6 @@ def live_page(title: str, runs: int = 1) -> str:
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The `scene`, `frames` and `series` messages: what does not move, what moves, and measurements over time.
 
 
@@ -263,7 +261,6 @@ class Scene:
             "live": live,
             "low": self.low.tolist(),
             "high": self.high.tolist(),
-            "world": None if scenario.period is None else [x if np.isfinite(x) else None for x in scenario.period],
             "shapes": shapes.listed,
             "robots": robots,
             "obstacles": obstacles,
@@ -427,7 +424,6 @@ def _box(scenario: Scenario, steps: Sequence[Step]) -> tuple[Array, Array]:
     end = scenario.start + (scenario.dt * len(steps) if steps else min(scenario.duration, 3.0 * scenario.horizon))
     points = [robot.state.position for robot in scenario.robots]
     radius = max(robot.shape.bounding_radius for robot in scenario.robots)
-    if scenario.period is None:
-        points += [robot.goal.position(t) for robot in scenario.robots for t in (scenario.start, end)]
+    points += [robot.goal.position(t) for robot in scenario.robots for t in (scenario.start, end)]
     points += [position for step in steps[:: max(1, len(steps) // TIMES)] for position in step.positions]
     return drawn_box(np.array(points), radius, scenario.obstacles, scenario.start, end)

@@ -26,7 +26,6 @@ from slalom.sim.measure.recording import Recording, Step
 from slalom.sim.run.recorded import Recorded, last_state, recorded
 from slalom.sim.scenario import Robot, Scenario, from_numbers
 
-# ---------------------------------------------------------------------------------------------------------------------
 # An agent of a recording of tracks as a robot that moves as recorded, among the other agents.
 
 
@@ -135,21 +134,16 @@ def of_decision(decision: Decision, name: str, notes: Sequence[str] = ()) -> Rec
     return Recorded(scenario, method, method.name, [step], end, np.full(1, np.inf), tuple(notes), decision=decision)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A recorded run as messages, and as one self-contained file.
 
 
 VIEW_EXPORT_INTERVAL: Final = 0.5
-"""[s] Longest time between two control spaces of an exported run.
-
-Larger: smaller files that show fewer decisions. Smaller: larger files.
-"""
+"""[s] Longest time between two control spaces of an exported run. Larger: smaller files that show fewer decisions.
+Smaller: larger files."""
 
 VIEW_EXPORTED: Final = 150
 """[1] Control spaces of an exported run, up to the rate of its decisions; more where VIEW_EXPORT_INTERVAL requires it.
-
-Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs.
-"""
+Larger: larger files, about 6 kB for each among 30 obstacles. Smaller: longer steps between them in short runs."""
 
 
 def export(

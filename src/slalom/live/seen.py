@@ -23,7 +23,6 @@ from slalom.model.response import Response
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import displaced, to_nearest
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.sim.explanation import (
     DrawnControls,
@@ -44,7 +43,6 @@ from slalom.sim.run.deciders import FleetDecider, SingleRobotDecider
 from slalom.sim.run.simulate import Run, by_name
 from slalom.sim.scenario import Scenario
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The log of a run.
 
 
@@ -91,21 +89,16 @@ def decided_again(scenario: Scenario, method: Method, steps: Sequence[Step], see
         yield found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What a robot knew at a decision: its own values, and those that its fleet holds.
 
 
 VIEW_SAMPLES: Final = 33
-"""[1] Times at which a view samples predicted paths over the horizon.
-
-Larger: smoother curves and larger files. Smaller: corners become visible in curved paths.
-"""
+"""[1] Times at which a view samples predicted paths over the horizon. Larger: smoother curves and larger files.
+Smaller: corners become visible in curved paths."""
 
 VIEW_PREDICTED: Final = 60
-"""[1] Most obstacles and robots whose predicted paths a view shows, the nearest ones.
-
-Larger: larger files and slower drawing. Smaller: fewer predicted paths in crowds; the control obstacle counts all.
-"""
+"""[1] Most obstacles and robots whose predicted paths a view shows, the nearest ones. Larger: larger files and slower
+drawing. Smaller: fewer predicted paths in crowds; the control obstacle counts all."""
 
 
 class Other(NamedTuple):
@@ -220,9 +213,7 @@ def among(
     )
     passive, robots = fleet.known_to(row, table, obstacles, now)
     foreseen = navigator.predict(passive, state, now)
-    # In a periodic world the table holds the robots of the cell about the origin.
-    by = state.position - each["position"][:d]
-    listed = [displaced(one, by) if by.any() else one for one in (*foreseen.obstacles, *robots.values())]
+    listed = [*foreseen.obstacles, *robots.values()]
     until = np.append(foreseen.until, np.full(len(robots), navigator.horizon))
     response, manoeuvre = step.responses[robot], None
     if outcome not in OLD and not isinstance(response, str):
@@ -239,7 +230,7 @@ def among(
     numbers = numbers_of(scenario, foreseen.obstacles, now)
     for j, (k, clearance) in enumerate(zip(robots, away.tolist()), len(foreseen)):
         other: Any = table.each[k]
-        numbers.append(("robot", names.index(members.names[other["number"]])))
+        numbers.append(("robot", names.index(members.names[k])))
         # No robot relies on another one that is close.
         if clearance > COOPERATION_RANGE * (each["radius"] + other["radius"]):
             own = navigator.method.share * other["priority"]
@@ -248,7 +239,7 @@ def among(
     others = tuple(Other(*number, *more) for number, *more in zip(numbers, listed, kept, shares.tolist()))
     goal: Goal = scenario.robots[robot].goal
     if isinstance(goal, PathGoal) or not (each["final"] and each["moving"]):
-        goal = Goal(Stationary(each["target"][:d] + by), float(each["tolerance"]), bool(each["stop"]))
+        goal = Goal(Stationary(each["target"][:d].copy()), float(each["tolerance"]), bool(each["stop"]))
     return Known(navigator, goal, float(each["max_speed"]), blocked, manoeuvre, None), others
 
 
@@ -262,8 +253,6 @@ def numbers_of(scenario: Scenario, known: Sequence[Obstacle], now: float) -> lis
         numbers = same.get((one.name, id(one.shape)), [])
         if len(numbers) > 1:
             away = [_place(scenario.obstacles[k], now) - _place(one, now) for k in numbers]
-            if scenario.period is not None:
-                away = [vector + to_nearest(vector, scenario.period) for vector in away]
             numbers = [numbers[int(np.argmin(np.linalg.norm(away, axis=1)))]]
         found.append(("obstacle", numbers[0]) if numbers else ("hidden", 0))
     return found
@@ -273,7 +262,6 @@ def _place(obstacle: Obstacle, now: float) -> Array:
     return obstacle.trajectory.position(float(np.clip(now, *obstacle.trajectory.span)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A decision in the control space that is drawn.
 
 

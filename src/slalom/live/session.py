@@ -28,8 +28,8 @@ from slalom.model.trajectory import (
     Stationary,
     Trajectory,
 )
+from slalom.model.trajectory.displaced import moved
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import moved
 from slalom.sim import gallery
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenario
@@ -38,7 +38,6 @@ from slalom.sim.run.recorded import Recorded, last_state
 from slalom.sim.run.simulate import Run
 from slalom.sim.scenario import Robot, Scenario
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Where the steps of a view come from: a run that is made, or a recording that is replayed.
 
 
@@ -112,7 +111,6 @@ class Replayed:
         return self._known
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Changes of a scenario by hand: each returns another scenario.
 
 
@@ -290,10 +288,6 @@ def with_setting(scenario: Scenario, name: str, value: float) -> Scenario:
     if name not in NUMBERS:
         raise InvalidInput(f"name: expected one of {', '.join(NUMBERS)}; found {name!r}")
     return scenario.with_settings({name: number(value, name)})
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# One view of a scenario: its state, and the answers to commands. It is independent of the network.
 
 
 CHUNK: Final = 5

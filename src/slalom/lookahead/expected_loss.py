@@ -43,15 +43,12 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Short deviations from a plan: one velocity, then another, each for a stage of a fixed duration.
 
 
 DEVIATION_DIRECTIONS: Final = 16
-"""[1] Directions of the velocities of a deviation in the plane.
-
-More: slower decisions, with the square. Fewer: deviations through narrow gaps are missed.
-"""
+"""[1] Directions of the velocities of a deviation in the plane. More: slower decisions, with the square. Fewer:
+deviations through narrow gaps are missed."""
 
 
 class Deviations(NamedTuple):
@@ -141,39 +138,27 @@ def _ways(dimension: int) -> Array:
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Robot that looks ahead with several margins and takes the decision of least expected loss of time.
-
-
 LOSS_TIMES: Final = 8
 """[1] Moments at which the closeness of a plan counts. More: slower decisions. Fewer: late closeness is not counted."""
 
 LOSS_STEPS: Final = 2
-"""[1] Moments in one stage: the time from rest to the maximum speed, in whole periods.
-
-More: slower decisions for the same time ahead. Fewer: a short approach is missed.
-"""
+"""[1] Moments in one stage: the time from rest to the maximum speed, in whole periods. More: slower decisions for the
+same time ahead. Fewer: a short approach is missed."""
 
 LOSS_DISCOUNT: Final = 0.6
 """[1] Weight of a stage, as a multiple of the one before. Larger: late closeness counts as much as an early one."""
 
 DEVIATION_GAIN: Final = 0.02
-"""[s] By how much the expected loss of a deviation must be below that of the plan.
-
-Larger: fewer changes of the motion. Smaller: deviations that gain nothing, and a new plan after each.
-"""
+"""[s] By how much the expected loss of a deviation must be below that of the plan. Larger: fewer changes of the motion.
+Smaller: deviations that gain nothing, and a new plan after each."""
 
 DEVIATION_PLANS: Final = 3
-"""[1] Deviations of a decision after which a plan is searched.
-
-More: slower decisions. Fewer: a deviation that only seems to be good hides a better one.
-"""
+"""[1] Deviations of a decision after which a plan is searched. More: slower decisions. Fewer: a deviation that only
+seems to be good hides a better one."""
 
 NO_SPREAD: Final = 1e-100
-"""[m] In place of no spread of the errors of a forecast. A gap divided by it has a finite square.
-
-Larger: contacts are expected at a small distance from what is certain. Smaller: the square overflows.
-"""
+"""[m] In place of no spread of the errors of a forecast. A gap divided by it has a finite square. Larger: contacts are
+expected at a small distance from what is certain. Smaller: the square overflows."""
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,6 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, futures, listed
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Input and output of one decision of a robot that looks ahead.
 
 
@@ -139,10 +138,8 @@ def interval_of(navigator: Navigator) -> float:
 
 
 FORESEEN: Final = 48
-"""[1] Moving obstacles nearest to a robot that it predicts from their past: a bound on the work of a decision.
-
-More: slower decisions in dense crowds. Fewer: those that come from farther away are seen late.
-"""
+"""[1] Moving obstacles nearest to a robot that it predicts from their past: a bound on the work of a decision. More:
+slower decisions in dense crowds. Fewer: those that come from farther away are seen late."""
 
 
 def motions_of(
@@ -166,61 +163,44 @@ def motions_of(
     return [motion for motions in each for motion in motions]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A new sequence of accelerations for a scene, or the decision of the navigator where no sequence is found.
 
 
 SEARCH_SCALES: Final = (1.0, 0.5)
-"""[1] Steps of a search over sequences, as multiples of the time from rest to max_speed, tried in this order.
-
-The finer step serves if the coarser one finds no arrival. Larger: fewer nodes to the goal, narrow gaps are missed.
-Smaller: the budget ends before an arrival is found.
-"""
+"""[1] Steps of a search over sequences, as multiples of the time from rest to max_speed, tried in this order. The finer
+step serves if the coarser one finds no arrival. Larger: fewer nodes to the goal, narrow gaps are missed. Smaller: the
+budget ends before an arrival is found."""
 
 MARGIN_SHARES: Final = (1.0, 0.5, 0.25, 0.0)
-"""[1] Shares of the margin with which a search over sequences is repeated, in this order, until one succeeds.
-
-More values: a robot in a narrow gap keeps more of its margin, for more searches. Without 0: it finds no way where only
-contact is avoidable.
-"""
+"""[1] Shares of the margin with which a search over sequences is repeated, in this order, until one succeeds. More
+values: a robot in a narrow gap keeps more of its margin, for more searches. Without 0: it finds no way where only
+contact is avoidable."""
 
 DOUBT_SHARES: Final = (1.0, 0.5, 0.25, 0.1, 0.0)
-"""[1] Shares of the uncertainty of obstacles with which a search over sequences is repeated until one succeeds.
-
-More values: a robot without a certain way keeps more distance from likely positions, for more searches. Only 1: it
-has no sequence where the uncertainty leaves no way.
-"""
+"""[1] Shares of the uncertainty of obstacles with which a search over sequences is repeated until one succeeds. More
+values: a robot without a certain way keeps more distance from likely positions, for more searches. Only 1: it has no
+sequence where the uncertainty leaves no way."""
 
 SOONER_SHARE: Final = 0.3
 """[1] Share of the uncertainty of obstacles, and of the margin, that a sequence keeps clear of to arrive much earlier.
-
-Larger: robots wait longer in dense traffic. Smaller: more forecasts are wrong by more than the distance kept.
-"""
+Larger: robots wait longer in dense traffic. Smaller: more forecasts are wrong by more than the distance kept."""
 
 SOONER_RISES: Final = 2.0
-"""[1] Times from rest to max_speed by which such a sequence must arrive earlier.
-
-Larger: robots wait longer for a way that is clear of all of the uncertainty. Smaller: they take more ways that are not.
-"""
+"""[1] Times from rest to max_speed by which such a sequence must arrive earlier. Larger: robots wait longer for a way
+that is clear of all of the uncertainty. Smaller: they take more ways that are not."""
 
 WIDER_SHARE: Final = 5.0
-"""[1] Share of the uncertainty of obstacles that a sequence keeps clear of where it arrives hardly later.
-
-Larger: wider ways around vehicles that may turn, brake or start; fewer of these ways exist. 1: none is wider.
-"""
+"""[1] Share of the uncertainty of obstacles that a sequence keeps clear of where it arrives hardly later. Larger: wider
+ways around vehicles that may turn, brake or start; fewer of these ways exist. 1: none is wider."""
 
 WIDER_RISES: Final = 6.0
-"""[1] Times from rest to max_speed by which such a sequence may arrive later.
-
-Larger: longer detours and waits. Smaller: more ways lead closely past vehicles that then turn, brake or start.
-"""
+"""[1] Times from rest to max_speed by which such a sequence may arrive later. Larger: longer detours and waits.
+Smaller: more ways lead closely past vehicles that then turn, brake or start."""
 
 ANEW_BUDGETS: Final = 2.0
 """[1] Budgets of work for a search among forecasts from several models: they change with every observation, so that a
-search never continues at the next decision.
-
-Larger: earlier arrivals and fewer contacts among many obstacles, slower decisions.
-"""
+search never continues at the next decision. Larger: earlier arrivals and fewer contacts among many obstacles, slower
+decisions."""
 
 
 def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
@@ -416,15 +396,9 @@ def sequence_decision(scene: Scene, search: Search, outcome: Outcome) -> Sequenc
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Navigator of one robot that searches over sequences of accelerations and always has a safe one to continue.
-
-
 TABLE_HORIZONS: Final = 2.0
-"""[1] Length of a table of known futures, in time horizons of the search, so that it serves many decisions.
-
-Larger: more pieces in every table. Smaller: tables are made more often; at 1 for every decision.
-"""
+"""[1] Length of a table of known futures, in time horizons of the search, so that it serves many decisions. Larger:
+more pieces in every table. Smaller: tables are made more often; at 1 for every decision."""
 
 
 @dataclass(frozen=True)

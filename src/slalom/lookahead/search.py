@@ -37,7 +37,6 @@ from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Predicted obstacles over a long time, indexed by time for fast queries.
 
 
@@ -167,53 +166,34 @@ def _rows_by_interval(times: Array, start: float, end: float, width: float) -> t
     return starts.astype(np.int64), rows[order]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Search over sequences of accelerations that continues over several decisions.
-
-
 HEURISTIC_WEIGHT: Final = 2.0
-"""[1] Weight of the time to go relative to the elapsed time in a search over sequences.
-
-Larger: faster searches that find later arrivals. Smaller: more nodes; with 1 the first arrival is the earliest.
-"""
+"""[1] Weight of the time to go relative to the elapsed time in a search over sequences. Larger: faster searches that
+find later arrivals. Smaller: more nodes; with 1 the first arrival is the earliest."""
 
 SEARCH_DIRECTIONS: Final = 8
-"""[1] Directions of the accelerations of a search over sequences in the plane; in space there are 26.
-
-Larger: earlier arrivals, more exact choices per node. Smaller: ways around obstacles are missed.
-"""
+"""[1] Directions of the accelerations of a search over sequences in the plane; in space there are 26. Larger: earlier
+arrivals, more exact choices per node. Smaller: ways around obstacles are missed."""
 
 GOAL_TOLERANCE_SHARE: Final = 0.8
-"""[1] Share of the goal's tolerance within which a sequence must arrive.
-
-The deviations of the motion from the sequence use the rest. Larger: a robot may miss its goal by rounding. Smaller:
-later arrivals.
-"""
+"""[1] Share of the goal's tolerance within which a sequence must arrive. The deviations of the motion from the sequence
+use the rest. Larger: a robot may miss its goal by rounding. Smaller: later arrivals."""
 
 MAX_NODES: Final = 20_000
-"""[1] Nodes of the tree of a search over sequences; a full tree ends the search.
-
-Larger: a search needs more memory, about 130 bytes per node. Smaller: long searches end without an arrival.
-"""
+"""[1] Nodes of the tree of a search over sequences; a full tree ends the search. Larger: a search needs more memory,
+about 130 bytes per node. Smaller: long searches end without an arrival."""
 
 END_NODES: Final = 2
-"""[1] Nodes that are kept free for the ends of sequences: a tree without more free nodes is full.
-
-A stop at the end of a sequence takes one node. Fewer: the tree overflows. More: it is full earlier.
-"""
+"""[1] Nodes that are kept free for the ends of sequences: a tree without more free nodes is full. A stop at the end of
+a sequence takes one node. Fewer: the tree overflows. More: it is full earlier."""
 
 MAX_END_TESTS: Final = 30
-"""[1] Sequences that are tested for a motion after their end, in the order of their estimated arrival.
-
-Larger: more time where no such motion is safe. Smaller: the navigator decides although a safe sequence is known.
-"""
+"""[1] Sequences that are tested for a motion after their end, in the order of their estimated arrival. Larger: more
+time where no such motion is safe. Smaller: the navigator decides although a safe sequence is known."""
 
 NODE_TIME_SLACK: Final = 1e-6
-"""[1] Share of a period by which a time may precede that of a node and count as equal to it.
-
-Times of nodes are sums of periods and carry rounding. Larger: the end of an acceleration is omitted. Smaller: rounding
-repeats an acceleration that has ended.
-"""
+"""[1] Share of a period by which a time may precede that of a node and count as equal to it. Times of nodes are sums of
+periods and carry rounding. Larger: the end of an acceleration is omitted. Smaller: rounding repeats an acceleration
+that has ended."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -484,21 +464,16 @@ def padded(vector: Array) -> Array:
     return wide
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Bounds of a robot at every state of a search.
 
 
 FAST: Final = 1e9
-"""[m/s] A speed above every `LeastSpeed`: a bound of the velocity has its least offset there.
-
-Smaller: the least speed of a faster robot is not found. Larger: nothing changes.
-"""
+"""[m/s] A speed above every `LeastSpeed`: a bound of the velocity has its least offset there. Smaller: the least speed
+of a faster robot is not found. Larger: nothing changes."""
 
 PROBES: Final = ((0.6, 0.7, 0.4), (-2.3, 1.1, 3.1))
-"""[m/s] Velocities at which a bound is compared with its rows; in the plane without the last coordinate.
-
-More: bounds of further forms are refused, in more time. Along an axis: bounds that do not turn would not differ.
-"""
+"""[m/s] Velocities at which a bound is compared with its rows; in the plane without the last coordinate. More: bounds
+of further forms are refused, in more time. Along an axis: bounds that do not turn would not differ."""
 
 
 def bound_table(limits: Limits, state: State, period: float) -> BoundTable:

@@ -33,16 +33,12 @@ from slalom.base.tolerances import REST
 from slalom.model.state import State
 
 ELLIPSE_SIDES: Final = 32
-"""[1] Sides of the inscribed polygon that replaces an ellipse; it keeps cos(pi / 32) = 0.9952 of every radius.
-
-Larger: more half-spaces, slower choices. Smaller: the robot uses less of its friction.
-"""
+"""[1] Sides of the inscribed polygon that replaces an ellipse; it keeps cos(pi / 32) = 0.9952 of every radius. Larger:
+more half-spaces, slower choices. Smaller: the robot uses less of its friction."""
 
 CONE_FACES: Final = 8
 """[1] Sides of the pyramid or prism that replaces a cone or cylinder; it keeps cos(pi / 8) = 0.924 of every radius.
-
-Larger: more half-spaces, slower choices in space. Smaller: less of the bound is used.
-"""
+Larger: more half-spaces, slower choices in space. Smaller: less of the bound is used."""
 
 
 HalfSpaces: TypeAlias = tuple[Array, Array]

@@ -16,10 +16,8 @@ from slalom.model.trajectory import Stationary, Trajectory
 from slalom.model.trajectory.protocol import FOREVER
 
 ARRIVAL_ERROR: Final = 1e-9
-"""[m] Error of the least distance from a goal in motion during a step.
-
-Larger: a robot that passes at the tolerance may arrive or not within this distance. Smaller: more halvings there.
-"""
+"""[m] Error of the least distance from a goal in motion during a step. Larger: a robot that passes at the tolerance may
+arrive or not within this distance. Smaller: more halvings there."""
 
 ROOT_HALVINGS: Final = 53
 """[1] Bisections of a share of a step: beyond them the interval is shorter than rounding can resolve."""

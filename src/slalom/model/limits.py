@@ -305,7 +305,6 @@ def least_speed(limits: Limits) -> LeastSpeed | None:
     return next((bound for bound in limits.bounds if isinstance(bound, LeastSpeed)), None)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A robot whose acceleration follows the commanded one with a lag.
 
 

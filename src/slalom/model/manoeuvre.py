@@ -16,10 +16,8 @@ from slalom.model.response.protocol import Unsteered
 from slalom.model.state import Affine, State
 
 BOUND_SHARE: Final = 1.1
-"""[1] Factor on the acceleration of the cubic pieces of a manoeuvre, as a bound on its true one.
-
-Larger: safe, and coarser. Smaller: what the pieces smooth is not bounded.
-"""
+"""[1] Factor on the acceleration of the cubic pieces of a manoeuvre, as a bound on its true one. Larger: safe, and
+coarser. Smaller: what the pieces smooth is not bounded."""
 
 BOUND_EXTRA: Final = 1e-3
 """[m/s, m/s^2] Addition to the speed and the acceleration of these pieces, as BOUND_SHARE."""

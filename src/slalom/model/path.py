@@ -9,17 +9,13 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import DIVISOR_FLOOR, REST
 
 MAX_PIECES: Final = 1_000_000
-"""[1] Pieces of a curve over one stretch of time.
-
-Larger: a slip in a radius takes gigabytes. Smaller: fine curves are refused.
-"""
+"""[1] Pieces of a curve over one stretch of time. Larger: a slip in a radius takes gigabytes. Smaller: fine curves are
+refused."""
 
 LINE_ROUNDING: Final = 1e-13
-"""[1] Rounding of a motion along a line, relative to its largest coordinate.
-
-Larger: a curve counts as a line, and obstacles at rest are missed by that much. Smaller: rounding hides a line, and
-each of its pieces makes a segment of its own.
-"""
+"""[1] Rounding of a motion along a line, relative to its largest coordinate. Larger: a curve counts as a line, and
+obstacles at rest are missed by that much. Smaller: rounding hides a line, and each of its pieces makes a segment of its
+own."""
 
 
 class Path(NamedTuple):

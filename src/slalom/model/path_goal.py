@@ -13,22 +13,16 @@ from slalom.model.goal import Goal
 from slalom.model.trajectory import Stationary
 
 PATH_SAMPLES: Final = 4
-"""[1] Points of a path up to the lookahead that are examined for obstacles at rest.
-
-Larger: decisions take longer. Smaller: thin obstacles across the path are found late.
-"""
+"""[1] Points of a path up to the lookahead that are examined for obstacles at rest. Larger: decisions take longer.
+Smaller: thin obstacles across the path are found late."""
 
 PATH_OFFSETS: Final = 20
-"""[1] Points on either side of a covered path that are examined until one is free, a radius of the robot apart.
-
-Larger: robots pass wider obstacles on their path. Smaller: decisions take less time.
-"""
+"""[1] Points on either side of a covered path that are examined until one is free, a radius of the robot apart. Larger:
+robots pass wider obstacles on their path. Smaller: decisions take less time."""
 
 PATH_TOLERANCE: Final = 0.25
-"""[1] Tolerance of the point ahead on a path, as a share of its distance.
-
-Larger: robots aim less exactly. Smaller: they turn late to pass the point.
-"""
+"""[1] Tolerance of the point ahead on a path, as a share of its distance. Larger: robots aim less exactly. Smaller:
+they turn late to pass the point."""
 
 
 class PathStep(NamedTuple):

@@ -49,7 +49,6 @@ class State:
         return self.position.size
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Maps of the control that are affine with a gain: a number, or in the plane a turn and a scale.
 
 

@@ -32,7 +32,6 @@ from slalom.model.trajectory import Composite, ConstantVelocity, Stationary, Tra
 from slalom.model.trajectory.protocol import direction_path
 from slalom.model.uncertainty import Aged, Uncertainty
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Headings of bodies that are known by themselves, as recordings and trackers state them.
 
 
@@ -102,10 +101,6 @@ class Headings:
         e = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         error = rate**4 * (times[1] - times[0]) ** 4 / 384.0
         return hermite(times, e, rate * np.stack([-e[:, 1], e[:, 0]], axis=-1), error)
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Obstacles: shapes on trajectories.
 
 
 LAST_DIRECTION: Final = 1e-3

@@ -29,7 +29,6 @@ from slalom.model.trajectory import PiecewisePolynomial, Trajectory
 from slalom.model.trajectory.kinds import cubic_paths
 from slalom.obstacle.obstacle import Obstacle
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Minkowski sums of obstacle and robot shapes: convex bodies that the robot's position must avoid.
 
 
@@ -171,21 +170,13 @@ def outline_parts(obstacle: Obstacle, t: float) -> list[Part]:
     return [Part(position + part.corners @ turn.T, part.radius) for part in obstacle.shape.parts]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Cubic pieces of the bodies of obstacles over an interval of time, one obstacle at a time and joined.
-
-
 SMALLEST_EXTENT: Final = 1e-3
-"""[m] Largest distance of a corner below which a body that turns counts as this large.
-
-Larger: less exact directions of small bodies. Smaller: more pieces for bodies that are nearly points.
-"""
+"""[m] Largest distance of a corner below which a body that turns counts as this large. Larger: less exact directions of
+small bodies. Smaller: more pieces for bodies that are nearly points."""
 
 UNCERTAINTY_PIECES: Final = 8
-"""[1] Straight lines that stand for a growing radius over one window.
-
-Larger: more pieces. Smaller: the radius is larger than needed in between.
-"""
+"""[1] Straight lines that stand for a growing radius over one window. Larger: more pieces. Smaller: the radius is
+larger than needed in between."""
 
 
 STRETCHED_PART: Final = Part(np.array([(0.0, 0.0), (-1.0, 0.0)]), 0.0)

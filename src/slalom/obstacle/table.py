@@ -16,15 +16,12 @@ from slalom.model.shape import Shape
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Reach, joined, minkowski_sum, no_bodies, outline_parts, rotation, rows_of
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles at the horizon, from which the costs of detours are estimated.
 
 
 BALL_FILLED: Final = 0.4
-"""[1] Share of its bounding ball that an obstacle fills if the cost of a detour around it counts that ball.
-
-A car fills 0.44. Larger: no such costs for more obstacles. Smaller: robots beside walls stay where they are.
-"""
+"""[1] Share of its bounding ball that an obstacle fills if the cost of a detour around it counts that ball. A car fills
+0.44. Larger: no such costs for more obstacles. Smaller: robots beside walls stay where they are."""
 
 NO_CORNERS: Final = np.empty((0, 4))
 NONE_AT_HORIZON: Final = AtHorizon(zero_records(ObstacleAtHorizon, 0), NO_CORNERS)
@@ -124,15 +121,9 @@ def joined_outlines(parts: Sequence[Outlines], counts: Sequence[int]) -> Outline
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Obstacles that serve many decisions, made into tables once by the caller.
-
-
 STRETCH_HORIZONS: Final = 4.0
-"""[1] Length of a stretch of time over which the pieces of an `ObstacleTable` are made at once, in horizons.
-
-Larger: pieces take longer to make, more seldom, and more memory. Smaller: more decisions include the time to make them.
-"""
+"""[1] Length of a stretch of time over which the pieces of an `ObstacleTable` are made at once, in horizons. Larger:
+pieces take longer to make, more seldom, and more memory. Smaller: more decisions include the time to make them."""
 
 
 class ObstacleTable:

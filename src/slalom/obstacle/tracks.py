@@ -48,11 +48,8 @@ from slalom.obstacle.pieces import (
 from slalom.obstacle.table import NO_CORNERS, Outlines
 
 FOLLOWED: Final = 0.9
-"""[1] Cosine of the angle between the velocities of a robot and of those that it follows: 26 degrees.
-
-Larger: a robot is not ready for a leader on a bend that brakes. Smaller: in a crowd it also waits for others that cross
-its way.
-"""
+"""[1] Cosine of the angle between the velocities of a robot and of those that it follows: 26 degrees. Larger: a robot
+is not ready for a leader on a bend that brakes. Smaller: in a crowd it also waits for others that cross its way."""
 
 
 class Tracks:

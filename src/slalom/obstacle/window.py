@@ -108,11 +108,6 @@ def _rests(trajectory: Trajectory, now: float) -> bool:
     return bool(np.linalg.norm(trajectory.velocity(now)) <= REST) and not np.any(trajectory.acceleration(now))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# The window.
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 # What the obstacles of a window come from: lists, tables and tracks.
 
 
@@ -185,16 +180,10 @@ def sources_of(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: floa
     return [*found, _Listed(plain)] if plain else found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Obstacles over a window of time: what all control obstacles of a decision are made of.
-
-
 SHALLOW_OVERLAP: Final = 1e-3
-"""[m] Depth up to which a robot that overlaps an obstacle may still get deeper while it leaves.
-
-Robots that follow inexactly overlap by less. Larger: others that leave no safe control press a robot deeper into walls.
-Smaller: robots that overlap each other on all sides, by micrometres, block each other.
-"""
+"""[m] Depth up to which a robot that overlaps an obstacle may still get deeper while it leaves. Robots that follow
+inexactly overlap by less. Larger: others that leave no safe control press a robot deeper into walls. Smaller: robots
+that overlap each other on all sides, by micrometres, block each other."""
 
 
 Obstacles: TypeAlias = Sequence[Obstacle | ObstacleTable | Tracks] | ObstacleTable | Tracks

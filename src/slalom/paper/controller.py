@@ -37,7 +37,6 @@ from slalom.sim.measure.metrics import COLLISION, adjustments, mean_acceleration
 from slalom.sim.measure.recording import RunLog, Step
 from slalom.sim.run.states import integrate
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Predicted paths of many cars on circular lanes, for successive decisions, in a few array operations.
 #
 # The sweep makes half a million decisions among 30 cars. Evaluating the forecast of each car separately would take
@@ -151,7 +150,6 @@ class CarLanes:
         return np.array([now, now + horizon]), points, np.zeros((len(chosen), 1))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Controller of the paper: at every decision one constant acceleration outside the AO or NAO.
 
 
@@ -307,7 +305,6 @@ def run_metrics(rules: Rules, seed: int, speed: float) -> dict[str, Any]:
     }
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Claim `sweep`: NAO against AO in the roundabout, over replan interval, lane speed, neighbours and commitment.
 
 

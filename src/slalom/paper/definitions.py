@@ -221,7 +221,6 @@ def ao_cone() -> Figure:
     return figure
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Claim `cone`: the AO is a straight cone exactly if the relative velocity is zero.
 
 

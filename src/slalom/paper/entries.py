@@ -224,7 +224,6 @@ ENTRIES: Final[dict[str, Entry]] = {entry.name: entry for entry in (*_FIGURES, *
 """Figures and claims by name."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Markdown page of the reproduction: every figure with its caption, every claim with its numbers.
 
 
@@ -283,7 +282,6 @@ def _picture(entry: Entry, links: str, suffix: str) -> str:
     return f"{'' if suffix == '.pdf' else '!'}[{entry.title}]({links}{entry.name}{suffix})"
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Production of figures, results of claims, and the page.
 
 

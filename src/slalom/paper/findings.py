@@ -6,7 +6,6 @@ from typing import Any, Final
 
 import numpy as np
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Markdown helpers of the claims: paragraphs, tables, counts with shares.
 
 
@@ -32,7 +31,6 @@ def count_and_share(part: int, whole: int) -> str:
     return f"{part} of {whole} ({100.0 * part / whole:.1f} %)"
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Findings of the study of oscillations as text and tables.
 
 
@@ -213,7 +211,6 @@ def _of_each_method(result: Result, robots: int, measure: str) -> str:
     return ", ".join(f"{n.upper()} {found[n, 'both']:.1f} ({found[n, 'greedy']:.1f})" for n in names)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Findings of the claim `smoothness` as text and tables: acceleration and jerk.
 
 
@@ -310,10 +307,6 @@ def _effects(rows: Sequence[Result]) -> str:
 def _range(shares: Sequence[float]) -> str:
     """Format the range of shares in percent."""
     return f"{100.0 * min(shares):.0f} to {100.0 * max(shares):.0f} %"
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Findings of each claim as text and tables, with corrections of the paper's statements.
 
 
 def curves(result: Result) -> list[str]:

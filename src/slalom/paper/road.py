@@ -122,7 +122,6 @@ def _numbers(ax: Axes, blocked: ControlObstacle) -> None:
         drawing.label(ax, position, f"{k + 1}", offset=offset, size=7, color=GOAL, weight="bold")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Claim `curves`: how often VO and AO raise an alarm on a curved road, and NLVO and NAO do not.
 #
 # Robot and car follow their lanes without end and never collide: every alarm is false. An alarm means that the robot's

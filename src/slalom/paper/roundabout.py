@@ -42,7 +42,6 @@ from slalom.sim.measure.metrics import COLLISION, METRICS
 from slalom.view import control_space, workspace
 from slalom.view.style import FAINT, PAGE, ROBOT, style
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Claim `crossing`: how often one constant acceleration crosses the roundabout, and how often AO and NAO find one.
 
 
@@ -190,7 +189,6 @@ def _counted(rows: Sequence[dict[str, Any]], entries: Sequence[Crossings]) -> di
     }
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Figures of the roundabout with 30 cars: crossed with one constant acceleration, and left by the top exit.
 
 
@@ -352,7 +350,6 @@ def _workspace(ax: Axes, blocked: ControlObstacle, snapshot: Snapshot, goal: Arr
     ax.set_title(f"t = {snapshot.now:g} s", pad=4)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Claim `smoothness`: collisions, adjustments, acceleration and jerk of slalom's navigator in the roundabout.
 
 

@@ -72,7 +72,6 @@ def imported(package: str, module: str = "") -> Any:
         return import_module(module or package)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Discs and walls that one robot of a team observes, over the time of a prediction.
 
 
@@ -139,15 +138,12 @@ def edges_of(outline: Array) -> list[tuple[Array, Array]]:
     return list(zip(outline, np.roll(outline, -1, axis=0)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles of a scenario as other projects' methods represent them: present discs and permanent walls.
 
 
 MITRE_LIMIT: Final = 100.0
-"""[1] Largest mitre of the outline of a rounded corner for methods of other projects, in radii.
-
-Larger: long spikes at sharp corners. Smaller: the outline of a sharp corner no longer contains the shape.
-"""
+"""[1] Largest mitre of the outline of a rounded corner for methods of other projects, in radii. Larger: long spikes at
+sharp corners. Smaller: the outline of a sharp corner no longer contains the shape."""
 
 
 def outlines(obstacles: Iterable[Obstacle], *, walls: bool, growth: float = 0.0) -> tuple[Array, ...]:

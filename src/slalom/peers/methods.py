@@ -21,7 +21,6 @@ from slalom.peers.crowd import (
     surroundings,
 )
 
-# ---------------------------------------------------------------------------------------------------------------------
 # ORCA in RVO2, the library of its authors, through pyrvo.
 
 
@@ -77,7 +76,6 @@ class Rvo2:
         self._simulator, self._radii = simulator, radii
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Behaviours of navground: ORCA, HRVO, human-like, social force.
 
 
@@ -161,7 +159,6 @@ class Behaviours:
         return np.array(chosen, dtype=np.float64)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The dynamic window approach for robots that accelerate in every direction.
 
 
@@ -241,7 +238,6 @@ class DynamicWindow:
         return np.asarray(candidates[np.argmax(np.where(admissible, value, -np.inf))])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Model predictive path integral control (MPPI) of robots that accelerate in every direction.
 
 
@@ -330,7 +326,6 @@ def cut(vectors: Array, longest: float) -> Array:
     return np.asarray(vectors / np.maximum(length / longest, 1.0)[..., None])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A filter by control barrier functions: the acceleration nearest to the preferred one that keeps every barrier.
 
 
@@ -420,7 +415,6 @@ class BarrierFilter:
         return normals, (own / both) * np.minimum(braking - turning - decay, 2.0 * both)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Parameters of peers: numbers with which a method is made, by name, and their text in NAME:PARAMETER=VALUE.
 
 

@@ -32,28 +32,20 @@ from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks, told_apart
 
 CONFORMAL_ERRORS: Final = 1000
-"""[1] Newest errors of predictions whose quantile is a calibrated radius.
-
-Larger: a steadier radius. Smaller: it follows a change of the motion sooner.
-"""
+"""[1] Newest errors of predictions whose quantile is a calibrated radius. Larger: a steadier radius. Smaller: it
+follows a change of the motion sooner."""
 
 CONFORMAL_FEW: Final = 10.0
-"""[1] Independent errors below which the errors at shorter prediction times bound those at longer ones.
-
-Larger: radii stay too large for longer. Smaller: the first predictions over a long time have too small a radius.
-"""
+"""[1] Independent errors below which the errors at shorter prediction times bound those at longer ones. Larger: radii
+stay too large for longer. Smaller: the first predictions over a long time have too small a radius."""
 
 CONFORMAL_RATE: Final = 0.002
-"""[1] Change of the level of that quantile for each error.
-
-Larger: the share of errors within the radius returns sooner to the stated confidence. Smaller: a steadier radius.
-"""
+"""[1] Change of the level of that quantile for each error. Larger: the share of errors within the radius returns sooner
+to the stated confidence. Smaller: a steadier radius."""
 
 FIT_SLACK: Final = 1e-12
 """[1] Share of the largest radius by which an enclosing bound may be too large; above the rounding of its equations.
-
-Larger: a larger bound. Smaller: rounding may leave no corner of the linear programme.
-"""
+Larger: a larger bound. Smaller: rounding may leave no corner of the linear programme."""
 
 
 class Coverage(NamedTuple):

@@ -18,10 +18,8 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks, told_apart
 
 CROWD_ERROR: Final = 0.072
-"""[m/s] Root mean square of the errors of predicted velocities over one period in a typical crowd.
-
-Larger: errors count as smaller than usual, and closeness costs less. It fits the spread of an expected loss.
-"""
+"""[m/s] Root mean square of the errors of predicted velocities over one period in a typical crowd. Larger: errors count
+as smaller than usual, and closeness costs less. It fits the spread of an expected loss."""
 
 CROWD_PRIOR: Final = 100.0
 """[1] Typical errors that count with those that were observed. More: a crowd is known later to differ."""
@@ -42,10 +40,8 @@ CROWD_UNKNOWN: Final = 2.0
 """[1] Factor of the errors of an agent that was not predicted so far. Larger: more distance from new agents."""
 
 CROWD_MEMORY: Final = 0.7
-"""[1] Weight of the errors of the forecast of an agent at one observation, relative to the next.
-
-Larger: a later change between a model and a constant velocity. Smaller: a single error changes it.
-"""
+"""[1] Weight of the errors of the forecast of an agent at one observation, relative to the next. Larger: a later change
+between a model and a constant velocity. Smaller: a single error changes it."""
 
 
 @dataclass

@@ -35,28 +35,20 @@ from slalom.obstacle.pieces import outline_parts
 from slalom.obstacle.window import Obstacles, each_for_one
 
 SIGHT_LINES: Final = 16
-"""[1] Straight edges in a quarter of a circle: of the range of sight, and of round bodies that hide others.
-
-Visible regions are inside the true ones, by at most 0.5 (pi / 4 / SIGHT_LINES)^2 of the radius. Larger: closer, slower.
-"""
+"""[1] Straight edges in a quarter of a circle: of the range of sight, and of round bodies that hide others. Visible
+regions are inside the true ones, by at most 0.5 (pi / 4 / SIGHT_LINES)^2 of the radius. Larger: closer, slower."""
 
 SIGHT_ERROR: Final = 1e-3
-"""[m] Tolerance to which the outline of the region that holds nothing hidden is simplified at each decision.
-
-Hidden obstacles are larger by as much. Larger: fewer, coarser edges. Smaller: more edges, slower decisions.
-"""
+"""[m] Tolerance to which the outline of the region that holds nothing hidden is simplified at each decision. Hidden
+obstacles are larger by as much. Larger: fewer, coarser edges. Smaller: more edges, slower decisions."""
 
 SIGHT_SEAM: Final = 5e-3
 """[m] Distance from walls within which an edge of that region lies on the wall, so that nothing comes through it.
-
-Larger: gaps of that width next to walls count as closed. Smaller: walls let hidden obstacles through.
-"""
+Larger: gaps of that width next to walls count as closed. Smaller: walls let hidden obstacles through."""
 
 SIGHT_FAR: Final = 1e4
-"""[1] Length of the shadows of obstacles, as a multiple of the range of sight.
-
-Larger: rounding of their corners. Smaller: the end of the shadow of a long wall close by lies within the range.
-"""
+"""[1] Length of the shadows of obstacles, as a multiple of the range of sight. Larger: rounding of their corners.
+Smaller: the end of the shadow of a long wall close by lies within the range."""
 
 
 OCCLUSIONS: Final = ("none", "walls", "all")

@@ -33,7 +33,6 @@ from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.sim.shape_distance import clearances
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Words for controls: name, letter, unit, and description of the response.
 
 
@@ -69,7 +68,6 @@ def kind(response: Response) -> Kind:
             return Kind("control", "u", "control", type(response).__name__)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # What is drawn of a decision: for figures and the view alike.
 
 
@@ -157,21 +155,16 @@ def responses_of(navigator: Navigator) -> tuple[Response, ...]:
     return navigator.method.responses(navigator.limits, navigator.period, navigator.holds)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Sentences that say why a robot chose its manoeuvre, and the obstacles that decided it.
 
 
 BINDING: Final = 0.02
-"""[m] A chosen manoeuvre is said to pass an obstacle closely up to this clearance beyond the margin.
-
-Larger: more obstacles are named as reasons of a choice. Smaller: one that limits the choice may be left out.
-"""
+"""[m] A chosen manoeuvre is said to pass an obstacle closely up to this clearance beyond the margin. Larger: more
+obstacles are named as reasons of a choice. Smaller: one that limits the choice may be left out."""
 
 APPROACH_SAMPLES: Final = 241
-"""[1] Times at which the closest approach of a manoeuvre to an obstacle is sought, for a sentence of a view.
-
-Larger: a more exact time in the sentence. Smaller: a less exact one.
-"""
+"""[1] Times at which the closest approach of a manoeuvre to an obstacle is sought, for a sentence of a view. Larger: a
+more exact time in the sentence. Smaller: a less exact one."""
 
 
 class Meeting(NamedTuple):
@@ -291,7 +284,6 @@ def _numbers(control: Array) -> str:
     return "(" + ", ".join(f"{x:.1f}" for x in np.round(control, 1) + 0.0).replace("-", "−") + ")"
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The explanation of a decision of one robot.
 
 

@@ -13,14 +13,11 @@ from slalom.model.limits import Limits
 from slalom.model.shape import Disc
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
-from slalom.obstacle.periodic import Period, to_nearest
 from slalom.sim.scenario import Robot
 
 MAX_TRIES: Final = 10_000
-"""[1] Rejected positions in a row after which an area of random positions counts as full.
-
-Larger: slower refusals. Smaller: areas are refused with less than about half their area covered.
-"""
+"""[1] Rejected positions in a row after which an area of random positions counts as full. Larger: slower refusals.
+Smaller: areas are refused with less than about half their area covered."""
 
 
 def random_positions(
@@ -30,20 +27,17 @@ def random_positions(
     min_distance: float,
     rng: np.random.Generator,
     noun: str = "robots",
-    period: Period | None = None,
     inside: Callable[[Array], bool] | None = None,
 ) -> Array:
     """Draw positions (count, d) [m], uniform in the box from `low` to `high` (d,) [m], or in the part of it `inside`.
 
     Args:
-        min_distance: [m] between any two positions, and between their periodic images.
-        noun: name of the robots in messages. period: [m] of a periodic world, if there is one.
+        min_distance: [m] between any two positions. noun: name of the robots in messages.
 
     Raises:
         InvalidInput: MAX_TRIES consecutive positions were outside or too close to others, or the box is empty.
     """
     first, last = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
-    around = (np.inf,) * len(first) if period is None else period
     positions = np.empty((0, len(first)))
     tries = MAX_TRIES if np.all(first <= last) else 0
     while len(positions) < count:
@@ -56,8 +50,7 @@ def random_positions(
         candidate, tries = rng.uniform(first, last), tries - 1
         if inside is not None and not inside(candidate):
             continue
-        offsets = positions - candidate
-        if not len(positions) or np.linalg.norm(offsets + to_nearest(offsets, around), axis=1).min() >= min_distance:
+        if not len(positions) or np.linalg.norm(positions - candidate, axis=1).min() >= min_distance:
             positions, tries = np.vstack([positions, candidate]), MAX_TRIES
     return positions
 

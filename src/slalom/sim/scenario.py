@@ -41,12 +41,10 @@ from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import Period, checked_period, displaced, images_met, in_box
 from slalom.obstacle.pieces import outline_parts
 from slalom.perception.sight import FULL_TURN, OCCLUSIONS, Sight
 from slalom.sim.shape_distance import clearances
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Settings as numbers, for `--set`, studies and files: limited sight and flags in a scenario stand for some of them.
 
 
@@ -54,7 +52,7 @@ SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidd
 """Settings of scenarios that limit sight."""
 SETTINGS: Final = (
     *("start", "duration", "dt", "replan", *NUMBERS, "guided", "early"),
-    *("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss"),
+    *("sight_noise", "sight_delay", "sight_loss"),
     *SIGHT,
 )
 """Settings that every scenario has and that `--set` may change, see `Scenario.settings`."""
@@ -128,49 +126,34 @@ def from_numbers(settings: Mapping[str, float], sight: Sight | None = None) -> d
     return found
 
 
-def refuse_sight(sight: Sight | None, dimension: int, robots: int, period: Period | None) -> None:
-    """Raise InvalidInput for limited sight in space or in a periodic world, and a hidden speed with several robots."""
+def refuse_sight(sight: Sight | None, dimension: int, robots: int) -> None:
+    """Raise InvalidInput for limited sight in space, and a hidden speed with several robots."""
     if sight is None:
         return
     if dimension != 2:
         raise InvalidInput(f"sight: expected limited sight in the plane only, found dimension {dimension}")
-    if period is not None:
-        raise InvalidInput(f"period: expected none with limited sight, found {period}")
     if sight.hidden_speed is not None and robots > 1:
         raise InvalidInput(f"sight: expected no hidden speed for several robots, found {sight.hidden_speed:g} m/s")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Goals at rest that an obstacle at rest covers for all time: no robot reaches them.
 
 
 def refuse_hidden_goals(
-    goals: Sequence[Goal],
-    shapes: Sequence[Shape],
-    obstacles: Sequence[Obstacle],
-    start: float,
-    horizon: float,
-    period: Period | None,
+    goals: Sequence[Goal], shapes: Sequence[Shape], obstacles: Sequence[Obstacle], start: float
 ) -> None:
-    """Raise InvalidInput for a goal at rest that an obstacle at rest, or an image of it, covers.
+    """Raise InvalidInput for a goal at rest that an obstacle at rest covers.
 
     Args:
-        shapes: of the robots with these goals. start, horizon [s], period [m]: see `Scenario`.
+        shapes: of the robots with these goals. start: [s] see `Scenario`.
     """
     still = [k for k, goal in enumerate(goals) if isinstance(goal.trajectory, Stationary)]
     positions = {k: goals[k].position(start) for k in still}
     for obstacle in obstacles:
         if not obstacle.at_rest:
             continue
-        for k in still if period is not None else _near(obstacle, start, positions, shapes):
-            images = [obstacle]
-            position = positions[k]
-            radius = shapes[k].bounding_radius
-            if period is not None:
-                found = in_box(images, period, start, horizon, position - radius, position + radius)
-                images = [displaced(obstacle, by) for _, by in found]
-            each = [float(clearances(image, shapes[k], np.zeros(1), position[None])[0]) for image in images]
-            clearance = min(each, default=np.inf)
+        for k in _near(obstacle, start, positions, shapes):
+            clearance = float(clearances(obstacle, shapes[k], np.zeros(1), positions[k][None])[0])
             if clearance + goals[k].tolerance < 0.0:
                 raise InvalidInput(
                     f"goal: expected a position that the robot can reach, found one {-clearance:g} m deep in obstacle "
@@ -188,10 +171,6 @@ def _near(obstacle: Obstacle, t: float, positions: dict[int, Array], shapes: Seq
     places = np.array(list(positions.values()))
     away = np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
     return [k for k, distance in zip(positions, away.tolist()) if distance <= shapes[k].bounding_radius]
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# A scenario: robots, obstacles and the settings of a run.
 
 
 MAX_STEPS: Final = 10_000_000
@@ -262,21 +241,17 @@ class Scenario(SharedSettings):
         guided: False for robots whose targets are their goals (see `Fleet`), to measure the effect of guidance. A
             single robot is never guided.
         early: whether robots avoid a collision as soon as the horizon shows it, see `Settings`.
-        message_delay: [s] largest delay of messages between robots that share their manoeuvres.
-            message_loss: share of messages that never arrive (see `Messages`).
         sight_noise: [m, m/s, m/s^2] standard deviation of observations of other robots. sight_delay: [s] their age, a
             multiple of replan or dt. sight_loss: share of observations that are lost (see `Sensing`).
         sight: limited sight of every robot; None: not limited. Obstacles at rest are known everywhere.
-        period: (d,) [m] after which the world repeats along each axis, inf where it does not; None: nowhere. Robots
-            meet all images of robots and obstacles (see `periodic`).
         parameters: the parameters of the gallery; recordings contain them.
         recorded: [s] begin and end of the recording of obstacles, if there is one; `start` lies within.
         notes: repairs, omissions and assumptions of the files that were read, a sentence each.
 
     Raises:
         InvalidInput: a setting outside its range, parts of different dimensions, a goal that an obstacle at rest
-            covers, or a robot that appears before the start; one that appears later in a periodic world, or with
-            messages or observations that are late or lost.
+            covers, or a robot that appears before the start; one that appears later with observations that are late or
+            lost.
     """
 
     name: str
@@ -289,13 +264,10 @@ class Scenario(SharedSettings):
     _: KW_ONLY
     guided: bool = True
     early: bool = False
-    message_delay: float = 0.0
-    message_loss: float = 0.0
     sight_noise: float = 0.0
     sight_delay: float = 0.0
     sight_loss: float = 0.0
     sight: Sight | None = None
-    period: Period | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     recorded: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
@@ -322,15 +294,11 @@ class Scenario(SharedSettings):
         for name, mistake in unfit_times(self.duration, self.dt, self.replan, self.horizon, self.holds):
             raise InvalidInput(f"{name}: {mistake}")
         whole_periods(self.replan, self.dt)
-        for name in ("message_delay", "sight_noise", "sight_delay"):
+        for name in ("sight_noise", "sight_delay"):
             not_negative(getattr(self, name), name)
-        for name in ("message_loss", "sight_loss"):
-            share(getattr(self, name), name)
+        share(self.sight_loss, "sight_loss")
         whole_periods(self.sight_delay, self.dt * self.steps_per_decision, "sight_delay")
-        refuse_sight(self.sight, self.dimension, len(self.robots), self.period)
-        if self.period is not None:
-            wide = 2.0 * max(robot.shape.bounding_radius for robot in self.robots) + self.margin
-            checked_period(self.period, self.dimension, wide, "period")
+        refuse_sight(self.sight, self.dimension, len(self.robots))
         if self.recorded is not None:
             array_of(self.recorded, "recorded", (2,))
         if self.recorded is not None and not self.recorded[0] <= self.start < self.recorded[1]:
@@ -347,7 +315,7 @@ class Scenario(SharedSettings):
                     f"found {obstacle.dimension}"
                 )
         goals, shapes = [robot.goal for robot in self.robots], [robot.shape for robot in self.robots]
-        refuse_hidden_goals(goals, shapes, self.obstacles, self.start, self.horizon, self.period)
+        refuse_hidden_goals(goals, shapes, self.obstacles, self.start)
 
     def _refuse_appearances(self) -> None:
         """Raise InvalidInput for robots that appear before the start, or later where that is not possible."""
@@ -358,11 +326,9 @@ class Scenario(SharedSettings):
                 )
         if len(self.appearances):
             name = self.robots[int(np.argmax(self.appearances))].name
-            for setting in ("message_delay", "message_loss", "sight_delay", "sight_loss"):
+            for setting in ("sight_delay", "sight_loss"):
                 if found := getattr(self, setting):
                     raise InvalidInput(f"{setting}: expected 0 as {name!r} appears after the start, found {found:g}")
-            if self.period is not None:
-                raise InvalidInput(f"period: expected none as {name!r} appears after the start, found {self.period}")
 
     def __repr__(self) -> str:
         return f"<Scenario {self.name}, robots: {len(self.robots)}, obstacles: {len(self.obstacles)}>"
@@ -377,17 +343,6 @@ class Scenario(SharedSettings):
         """The margin [m] of a robot: its own, or that of the scenario."""
         own = self.robots[robot].margin
         return self.margin if own is None else own
-
-    def around(self, state: State, now: float, method: Method) -> Sequence[Obstacle]:
-        """The passive obstacles; in a periodic world their images that the only robot, in `state`, can meet."""
-        if self.period is None:
-            return self.obstacles
-        own = self.robot
-        speed = max(own.limits.max_speed, float(np.linalg.norm(state.velocity)))
-        reach = speed * self.horizon + own.shape.bounding_radius + self.margin_of(0)
-        low, high = state.position - reach, state.position + reach
-        images = images_met(self.obstacles, method.forecast, self.period, now, self.horizon, low, high)
-        return [displaced(obstacle, by) for obstacle, _, by in images]
 
     @property
     def appearances(self) -> Array:
@@ -424,17 +379,13 @@ class Scenario(SharedSettings):
         """The `Navigator` of the only robot, or its `LookAhead`.
 
         Raises:
-            InvalidInput: a method that looks ahead in a periodic world, or with an objective.
+            InvalidInput: a method that looks ahead, with an objective.
         """
         navigator = self.navigator(method)
         if not method.looks_ahead:
             return navigator
         if self.robot.objective is not None:
             raise InvalidInput(f"objective: expected none for {method.name}, found {self.robot.objective!r}")
-        if self.period is not None:
-            raise InvalidInput(
-                f"method: expected one that does not look ahead in a periodic world, found {method.name}"
-            )
         ahead = LookAhead(navigator, time_horizon=self.duration, deadline=self.start + self.duration)
         return ahead if self.sight else ahead.prepared_for(self.obstacles, self.start)
 

@@ -39,20 +39,15 @@ Way: TypeAlias = tuple[Arc, ...]
 
 
 ROUNDING: Final = 1e-12
-"""[1] Turns (in radians) and lengths (in radii, per 1 + the distance in radii) below this are none.
-
-Smaller: rounding adds full circles to ways that start in the direction of their straight part. Larger: ways miss their
-goal by as much.
-"""
+"""[1] Turns (in radians) and lengths (in radii, per 1 + the distance in radii) below this are none. Smaller: rounding
+adds full circles to ways that start in the direction of their straight part. Larger: ways miss their goal by as
+much."""
 
 LONGEST_WORD: Final = 5
-"""[1] Most arcs in a word: those of Reeds and Shepp have up to 5.
-
-Smaller: words are lost. Larger: longer arrays of zeros.
-"""
+"""[1] Most arcs in a word: those of Reeds and Shepp have up to 5. Smaller: words are lost. Larger: longer arrays of
+zeros."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Words: solutions of the equations for D. Each function takes goals (m,) and directions (m,) there, in radii, and
 # returns the turn of each arc and the length of the straight line (m,), NaN where the word has no solution.
 
@@ -319,7 +314,6 @@ def _sorted(found: Words, radius: float, distance: float) -> list[Way]:
     return ways
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Ways between two poses.
 
 
@@ -433,7 +427,6 @@ def _by_turns(found: Words) -> list[Way]:
     return sorted(ways, key=lambda way: (sum(abs(arc.turn) for arc in way), way))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Poses along a way.
 
 

@@ -129,7 +129,6 @@ class VehicleDecision(Decision):
         return pose_of(motion_at(self.track, now))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The motion of a point of a vehicle as a response: what a robot does that is committed to it.
 
 
@@ -193,22 +192,17 @@ def manoeuvre_of(vehicle: Vehicle, motions: Array, start: float) -> Manoeuvre:
     return Manoeuvre(PointMotion(times, path, velocities), State(path[0], velocities[0]), np.zeros(2), start)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The motion of a vehicle at the time at which a decision acts, from a measured pose and from what was predicted.
 
 
 CORRECTION_TIMES: Final = np.array([0.4, 0.4, 0.4, 1.2, 1.2])
-"""[s] Times in which differences of measured motions from the predicted ones are corrected, by 63 %.
-
-Of x, y, heading, speed and turn, each in addition to the lag. Longer: the vehicle notices slip later. Shorter: noise of
-measurements becomes turns of the vehicle, which a lag amplifies.
-"""
+"""[s] Times in which differences of measured motions from the predicted ones are corrected, by 63 %. Of x, y, heading,
+speed and turn, each in addition to the lag. Longer: the vehicle notices slip later. Shorter: noise of measurements
+becomes turns of the vehicle, which a lag amplifies."""
 
 CORRECTED_WITHIN: Final = (0.05, 0.08, 0.2, 0.5)
-"""[m, rad, m/s, rad/s] Differences from the prediction beyond which the measured pose is taken as it is.
-
-Larger: a push is noticed later. Smaller: rare large errors of measurements count in full.
-"""
+"""[m, rad, m/s, rad/s] Differences from the prediction beyond which the measured pose is taken as it is. Larger: a push
+is noticed later. Smaller: rare large errors of measurements count in full."""
 
 PERSISTS: Final = 1e-9
 """[1] A time that is a whole number of periods up to this share of one counts as that number."""

@@ -30,67 +30,48 @@ from slalom.vehicle.curves import (
 from slalom.vehicle.sweep import Scene
 
 REVERSAL: Final = 0.5
-"""[1] Cost of a change of direction, in distances of the farthest point of the body from the axle.
-
-Larger: longer ways with fewer reversals. Smaller: the reverse.
-"""
+"""[1] Cost of a change of direction, in distances of the farthest point of the body from the axle. Larger: longer ways
+with fewer reversals. Smaller: the reverse."""
 
 ON_THE_SPOT: Final = 0.5
-"""[1] Cost of a turn on the spot by 1 rad, in distances of the farthest point of the body from the axle.
-
-Larger: fewer turns on the spot. Smaller: the vehicle turns away and back.
-"""
+"""[1] Cost of a turn on the spot by 1 rad, in distances of the farthest point of the body from the axle. Larger: fewer
+turns on the spot. Smaller: the vehicle turns away and back."""
 
 CLOSENESS: Final = 1.0
-"""[1] Cost of a metre without the clearance, in addition to its length.
-
-Larger: longer detours with the clearance. 0: the clearance is not kept.
-"""
+"""[1] Cost of a metre without the clearance, in addition to its length. Larger: longer detours with the clearance. 0:
+the clearance is not kept."""
 
 RUNS: Final = (1, 2, 4, 8)
-"""[1] Numbers of steps after which a new pose is kept, besides that at the last clear step.
-
-More, or larger ones: fewer poses are searched, each with more work.
-"""
+"""[1] Numbers of steps after which a new pose is kept, besides that at the last clear step. More, or larger ones: fewer
+poses are searched, each with more work."""
 
 PARTS: Final = 4
-"""[1] Parts of a step by which the vehicle still approaches an obstacle.
-
-More: narrow places are left by fewer reversals, each pose with more work. Fewer: the reverse.
-"""
+"""[1] Parts of a step by which the vehicle still approaches an obstacle. More: narrow places are left by fewer
+reversals, each pose with more work. Fewer: the reverse."""
 
 BATCH: Final = 16
 """[1] Poses that are continued at the same time. More: less overhead of a pose, poses in a worse order."""
 
 NEIGHBOURS: Final = 3
-"""[1] Poses of the other tree, the nearest ones, to which each pose is joined.
-
-More: a way is found after fewer poses, each with more work.
-"""
+"""[1] Poses of the other tree, the nearest ones, to which each pose is joined. More: a way is found after fewer poses,
+each with more work."""
 
 SPREAD: Final = 2
 """[1] Further poses of the other tree to which each pose is joined, distributed over the tree. See NEIGHBOURS."""
 
 TRIED: Final = 4
-"""[1] Direct curves between two poses that are tested, the cheapest first.
-
-More: a way is found after fewer poses, each with more work.
-"""
+"""[1] Direct curves between two poses that are tested, the cheapest first. More: a way is found after fewer poses, each
+with more work."""
 
 GREEDY: Final = 1.5
-"""[1] Weight of the distance to the other end in the order of poses.
-
-Larger: the search goes straight to the other end. 1: it searches all poses with a smaller cost first.
-"""
+"""[1] Weight of the distance to the other end in the order of poses. Larger: the search goes straight to the other end.
+1: it searches all poses with a smaller cost first."""
 
 AFTERWARDS: Final = 0.5
-"""[1] Poses that are searched for a cheaper way after the first one, as a share of those before.
-
-Larger: cheaper ways, later. 0: the first one is taken.
-"""
+"""[1] Poses that are searched for a cheaper way after the first one, as a share of those before. Larger: cheaper ways,
+later. 0: the first one is taken."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # How a vehicle drives, and what its arcs cost.
 
 
@@ -196,7 +177,6 @@ class Judge(NamedTuple):
         return bool(self.scene.clear(poses, lengths, turns, self.clearance).all())
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Lengths of shortest ways of a disc among obstacles at rest, on a grid: estimates for the search of ways.
 #
 # The estimates order the poses of a search only. No way is accepted or refused for them.
@@ -206,22 +186,16 @@ CELLS: Final = 10000
 """[1] Most cells of a grid. More: larger worlds at full resolution, a later begin of the search."""
 
 CELL: Final = 0.67
-"""[1] Width of cells in inner radii of the body, where CELLS suffice.
-
-Larger: narrow passages are closed on the grid. Smaller: more cells.
-"""
+"""[1] Width of cells in inner radii of the body, where CELLS suffice. Larger: narrow passages are closed on the grid.
+Smaller: more cells."""
 
 BLOCKED: Final = 50.0
-"""[1] Cost of a length in cells at obstacles; finite, as a cell at an obstacle may be free.
-
-Larger: narrow passages are tried later than long detours. Smaller: the search pushes against walls.
-"""
+"""[1] Cost of a length in cells at obstacles; finite, as a cell at an obstacle may be free. Larger: narrow passages are
+tried later than long detours. Smaller: the search pushes against walls."""
 
 AROUND: Final = 6.0
 """[1] Least margin of the grid around start and goal, in distances of the farthest point of the body from the axle.
-
-Larger: longer detours are estimated, in larger cells. Smaller: poses outside count as if nothing were between.
-"""
+Larger: longer detours are estimated, in larger cells. Smaller: poses outside count as if nothing were between."""
 
 
 class Field:
@@ -283,7 +257,6 @@ def _spread(lengths: Array, factor: Array) -> Array:
             return before
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A tree of poses.
 
 
@@ -399,10 +372,6 @@ class Tree:
             k, arc = parent
             arcs.append(arc)
         return k, arcs[::-1] if self.side > 0.0 else arcs
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# The search.
 
 
 class Candidate(NamedTuple):

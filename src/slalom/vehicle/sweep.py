@@ -24,31 +24,23 @@ from slalom.vehicle.curves import moved
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 RESOLUTION: Final = 1e-3
-"""[m] Motions that come nearer to an obstacle than this are not clear.
-
-Larger: narrow gaps are missed. Half of it: one more halving of arcs along obstacles, which doubles their work.
-"""
+"""[m] Motions that come nearer to an obstacle than this are not clear. Larger: narrow gaps are missed. Half of it: one
+more halving of arcs along obstacles, which doubles their work."""
 
 PARTS: Final = 4
 """[1] Parts into which an undecided arc is cut. More: fewer passes, each over more arcs."""
 
 NORMALS: Final = 24
-"""[1] Normals of the polygon that contains a rounded body.
-
-More: slower tests. Fewer: a larger body; a disc of 1 m grows by up to 1 / cos(pi / 24) - 1 m, 9 mm.
-"""
+"""[1] Normals of the polygon that contains a rounded body. More: slower tests. Fewer: a larger body; a disc of 1 m
+grows by up to 1 / cos(pi / 24) - 1 m, 9 mm."""
 
 BEVEL: Final = 0.25 * np.pi
-"""[rad] Largest angle between normals of the polygon of a body with corners, by which it is grown.
-
-Larger: quicker tests. Smaller: near corners a clearance counts as less reduced, with pi / 4 by up to 8 %.
-"""
+"""[rad] Largest angle between normals of the polygon of a body with corners, by which it is grown. Larger: quicker
+tests. Smaller: near corners a clearance counts as less reduced, with pi / 4 by up to 8 %."""
 
 ROUNDED: Final = 2e-3
-"""[m] By how much the polygons of round obstacles are larger at most, see `outline`.
-
-Larger: quicker tests. Smaller: more sides, 23 for a disc of 0.2 m and 50 for one of 1 m with 2 mm.
-"""
+"""[m] By how much the polygons of round obstacles are larger at most, see `outline`. Larger: quicker tests. Smaller:
+more sides, 23 for a disc of 0.2 m and 50 for one of 1 m with 2 mm."""
 
 
 @dataclass(frozen=True)

@@ -29,20 +29,15 @@ from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
-from slalom.obstacle.periodic import moved
+from slalom.model.trajectory.displaced import moved
 
 GOAL_HEADING_BLEND: Final = 0.25
 """[1] Distance from its goal, in tolerances of the goal, at which a vehicle keeps its heading rather than turns to it.
-
-Larger: an axle beside its goal is left there. Smaller: the vehicle turns on the spot for errors that do not matter.
-"""
+Larger: an axle beside its goal is left there. Smaller: the vehicle turns on the spot for errors that do not matter."""
 
 POINT_TOLERANCE: Final = 0.5
-"""[1] Tolerance of the goal of the point ahead of the axle, in tolerances of the goal of the axle.
-
-The rest is left for the heading at the goal. Larger: the axle may stop short of its tolerance. Smaller: slower
-arrivals.
-"""
+"""[1] Tolerance of the goal of the point ahead of the axle, in tolerances of the goal of the axle. The rest is left for
+the heading at the goal. Larger: the axle may stop short of its tolerance. Smaller: slower arrivals."""
 
 POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")
 """For checks, see `checks.STATE`."""
@@ -249,27 +244,20 @@ class Vehicle(ABC):
         return pose_of(motion)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Kinds of vehicles.
 
 
 STEERING_CONE: Final = 1.2
-"""[rad] Largest angle by which a decision for a bicycle turns its course.
-
-Larger: manoeuvres that the steering does not follow are chosen. Smaller: slower avoidance.
-"""
+"""[rad] Largest angle by which a decision for a bicycle turns its course. Larger: manoeuvres that the steering does not
+follow are chosen. Smaller: slower avoidance."""
 
 SPEED_STEP: Final = 0.98
-"""[1] Ratio of successive speeds among which the largest permitted one of a vehicle is found.
-
-Closer to 1: a speed that is up to 2 % larger.
-"""
+"""[1] Ratio of successive speeds among which the largest permitted one of a vehicle is found. Closer to 1: a speed that
+is up to 2 % larger."""
 
 HELD_TURNS: Final = (0.0, 0.1, 0.25, 0.5, 1.0)
-"""[1] Turns that a vehicle may hold where no plan is clear, as shares of its largest, to both sides.
-
-More: ways out of narrower places, and longer decisions. Fewer: the vehicle waits more often.
-"""
+"""[1] Turns that a vehicle may hold where no plan is clear, as shares of its largest, to both sides. More: ways out of
+narrower places, and longer decisions. Fewer: the vehicle waits more often."""
 
 HELD_TURN_RATE: Final = 2.0
 """[rad/s] The largest turn rate of a differential drive that it holds. Larger: coarser steps of the smaller ones."""
@@ -285,10 +273,8 @@ HELD_BACKWARDS: Final = (0.3, 1.0)
 
 
 POINT_AHEAD: Final = 0.5
-"""[1] Distance of the point that decides ahead of the axle of a differential drive, in tracks.
-
-Longer: plans keep farther from the motion of the body. Shorter: errors of the measured pose turn the drive.
-"""
+"""[1] Distance of the point that decides ahead of the axle of a differential drive, in tracks. Longer: plans keep
+farther from the motion of the body. Shorter: errors of the measured pose turn the drive."""
 
 
 def both_sides(turns: tuple[float, ...]) -> list[float]:

@@ -31,28 +31,20 @@ from slalom.vehicle.sweep import Scene, convex_bodies, outline
 from slalom.vehicle.vehicle import Vehicle
 
 WIDER: Final = (1.0, 1.5, 2.5)
-"""[1] Radii of direct curves from the start to the goal, in least radii.
-
-More: more work for the first way. Fewer: direct ways are found less often.
-"""
+"""[1] Radii of direct curves from the start to the goal, in least radii. More: more work for the first way. Fewer:
+direct ways are found less often."""
 
 GOOD: Final = 1.3
-"""[1] A direct way of up to this many times the cost of the shortest without obstacles ends the search.
-
-Larger: longer ways, sooner. 1: ways that keep the clearance are always searched.
-"""
+"""[1] A direct way of up to this many times the cost of the shortest without obstacles ends the search. Larger: longer
+ways, sooner. 1: ways that keep the clearance are always searched."""
 
 STEPS: Final = (0.16, 0.06, 0.025, 0.01)
 """[1] Lengths of the steps of successive searches, in distances of the farthest point of the body from the axle.
-
-Larger: quicker searches that miss narrow ways. Smaller: more poses.
-"""
+Larger: quicker searches that miss narrow ways. Smaller: more poses."""
 
 HEADINGS: Final = 16
-"""[1] Headings at a place from which ways are searched that end there, besides those along the line to it.
-
-More: ways to places in narrow surroundings are found more often, with more work.
-"""
+"""[1] Headings at a place from which ways are searched that end there, besides those along the line to it. More: ways
+to places in narrow surroundings are found more often, with more work."""
 
 
 class Outcome(Enum):
@@ -201,34 +193,27 @@ def _direct(judge: Judge, start: Array, goals: Array, place: bool) -> tuple[Cand
     return best, least
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Ways of a vehicle to its goal: which ones it tries, and the motion along one.
 
 
 RADIUS_SLACK: Final = 1.05
-"""[1] Radius of the turns of ways, in least radii of the vehicle. The rest is for the correction of errors.
-
-Larger: longer ways. Smaller: the vehicle does not come back to a way that it left to the outside.
-"""
+"""[1] Radius of the turns of ways, in least radii of the vehicle. The rest is for the correction of errors. Larger:
+longer ways. Smaller: the vehicle does not come back to a way that it left to the outside."""
 
 DIRECT_WAYS: Final = 6
 """[1] Most direct ways that are tried, the shortest first. More: longer decisions. Fewer: more searches."""
 
 OFF_WAY: Final = 0.1
-"""[1] Distance from a way, in wheelbases or tracks, beyond which it is given up.
-
-Smaller: more new ways. Larger: errors.
-"""
+"""[1] Distance from a way, in wheelbases or tracks, beyond which it is given up. Smaller: more new ways. Larger:
+errors."""
 
 
 MOST_POSES: Final = 2000
 """[1] Poses at which a search for a way ends, after 1 to 3 s. More: ways in narrower places, and longer waiting."""
 
 AS_QUICK: Final = 1.2
-"""[1] Ways to a place that take up to this many times as long as the quickest are tried.
-
-Larger: vehicles drive backwards, or around, where others only pass. Smaller: fewer ways.
-"""
+"""[1] Ways to a place that take up to this many times as long as the quickest are tried. Larger: vehicles drive
+backwards, or around, where others only pass. Smaller: fewer ways."""
 
 SAME_PLACE: Final = 0.1
 """[1] Distance, in tolerances of a goal, within which a goal is the same as before. Larger: ways that end beside it."""

@@ -35,7 +35,6 @@ from slalom.view.style import (
 )
 from slalom.view.workspace import body, outline
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Clearance to control obstacles on a grid over the drawn part of the control space.
 
 
@@ -99,7 +98,6 @@ def filled(plane: Plane, field: Array) -> Outline:
     return Outline.make_compound_path(*(Outline(points, codes) for points, codes in zip(*parts)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Sets of controls as shapely geometries.
 
 
@@ -134,10 +132,6 @@ def admissible_region(admissible: Admissible, height: float | None = None, axes:
         corners = [edge - size * side, edge + size * side, edge + size * (side - along), edge - size * (side + along)]
         region = region.intersection(shapely.Polygon(corners))
     return region
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Drawing of the control space: control obstacle by time to collision, admissible set, and controls.
 
 
 Extent = tuple[float, float, float, float]

@@ -295,7 +295,6 @@ def _snapshots(
         text.set_gid(f"time-{number}")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Figure of a drive: the path of a robot among obstacles, and the commands that it was given.
 
 
@@ -333,7 +332,6 @@ def driven(
     return figure
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A study: success and last arrival over the values of a setting.
 
 

@@ -127,8 +127,7 @@ class Film(Sequence[Pixels]):
     def _box(self) -> tuple[Array, Array]:
         """Return the lower and upper corner (d,) [m] of what is drawn of the workspace."""
         run = self.recording
-        goals = run.goals if run.period is None else ()
-        ways = [g.points if isinstance(g, PathGoal) else g.position(self.times[0])[None] for g in goals]
+        ways = [g.points if isinstance(g, PathGoal) else g.position(self.times[0])[None] for g in run.goals]
         every = max(1, len(run.times) // TIMES)
         points = np.concatenate([run.positions[::every].reshape(-1, run.dimension), *ways])
         radius = max(shape.bounding_radius for shape in run.shapes)
@@ -288,7 +287,7 @@ class _Panel:
             [silhouette(self._projected(shape.parts)) for shape in run.shapes], colours, 0.6 if few else 0.3, 5
         )
         self._arrows = LineCollection([], colors=[INK], linewidths=0.9, zorder=6)
-        self._goals = self._bodies([], [], 1.0, 5.8) if few and run.period is None else None
+        self._goals = self._bodies([], [], 1.0, 5.8) if few else None
         if self._goals is not None:
             ring = [Outline.circle(radius=goal.tolerance) for goal in run.goals]
             self._goals.set(paths=ring, edgecolors=colours if n > 1 else [GOAL], facecolors="none")
@@ -352,7 +351,6 @@ def _position(obstacle: Obstacle, t: float) -> Array:
     return obstacle.trajectory.position(t) if obstacle.exists(t) else np.full(obstacle.dimension, np.nan)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Videos of pictures, encoded by PyAV.
 
 

@@ -60,8 +60,7 @@ def fleet(recording: Recording, *, names: bool = False, title: str | None = None
     times, positions = np.asarray(recording.times), np.asarray(recording.positions)
     scale = ScalarMappable(Normalize(float(times[0]), float(times[-1])), TIMES)
     ends = np.array([times[0], times[-1]])
-    # In a periodic world the goals are far away, so that robots never arrive.
-    goals = recording.goals if recording.period is None else ()
+    goals = recording.goals
     corners = [box_of(parts_at(shape, positions[0, k])) for k, shape in enumerate(recording.shapes)]
     corners += [positions[:, k, :2] for k in range(positions.shape[1])]
     corners += [np.asarray(goal.position(float(times[-1])))[None, :2] for goal in goals]
@@ -148,7 +147,6 @@ def _legend(ax: Axes, recording: Recording, with_goals: bool) -> None:
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Figure of a recorded run: one decision of a single robot, or tracks for several robots or a peer.
 
 
@@ -181,7 +179,7 @@ def replay(
     if len(recording.shapes) > 1:
         return fleet(recording, names=names)
     if not isinstance(chosen, Method):
-        goal = recording.goals[0] if recording.period is None else None
+        goal = recording.goals[0]
         figure = paths(
             recording.times,
             recording.positions[:, 0],
@@ -224,7 +222,6 @@ def refuse_unfit(robots: int, contender: Method | Peer, at: float | None, names:
             raise InvalidInput(f"{option}: expected a figure of a decision, found one of the tracks of {found}")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Picture of robots and obstacles at one time, for environments that show each step.
 
 

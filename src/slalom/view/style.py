@@ -222,7 +222,6 @@ def save(figure: Figure | Axes, path: str | Path, *, resolution: float = RESOLUT
     return target
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Figures of another width or with other sizes of text: margins follow the text, panels take the rest.
 
 

@@ -40,7 +40,6 @@ from slalom.view.style import (
     write_height,
 )
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Drawing of shapes: circles for discs and balls, outlines of unions for other shapes; in space, projected along z.
 
 
@@ -96,7 +95,6 @@ def box_of(parts: Sequence[Part]) -> Array:
     return np.array([low, high])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Drawing of uncertainty: where an obstacle can be, at times of its prediction.
 
 
@@ -129,7 +127,6 @@ def uncertain_regions(ax: Axes, traffic: ObstacleWindow) -> list[Line2D]:
     return [Line2D([], [], color=INK, linewidth=0.7, linestyle=(0, (1, 1.5)), label=f"uncertainty, {shown} s")]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Boxes and times of what is drawn.
 
 
@@ -194,7 +191,6 @@ def times_within(trajectory: Trajectory, start: float, end: float, count: int) -
     return np.linspace(begin, finish, count) if begin < finish else np.empty(0)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Drawing of goals, of paths that lead to them, and of the point ahead on a path.
 
 
@@ -241,10 +237,6 @@ def goal_box(goal: Goal, now: float) -> Array:
     """Return the corners (n, 2) [m] of what `draw_goal` draws at time `now` [s]."""
     box = disc_box(goal.position(now), goal.tolerance)
     return np.concatenate([box, goal.points[:, :2]]) if isinstance(goal, PathGoal) else box
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Drawing of the workspace: robot and obstacles now, their paths, and the first contact.
 
 
 _HEIGHT_LABEL: Final = (0.075, 0.04)

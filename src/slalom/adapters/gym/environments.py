@@ -30,7 +30,6 @@ from slalom.sim.gallery import build
 from slalom.sim.scenario import Scenario
 from slalom.view.fleet import Picture
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Scenarios of episodes by name or as objects, and the spaces that environments share.
 
 
@@ -113,7 +112,6 @@ def observation_space(worlds: Worlds) -> Space[Any]:
     return Box(-bound, bound, (worlds.size,), np.float32)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Shared parts of environments with one world: pictures, and the values of `info` after a step.
 
 
@@ -159,7 +157,6 @@ def information(outcome: int, clearance: float, time: float) -> dict[str, Any]:
     return {"outcome": name, "is_success": name == "arrived", "clearance": clearance, "time": time}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Environment of gymnasium: one robot among obstacles.
 
 
@@ -238,7 +235,6 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
         return self.worlds.observations()[0, 0], float(made.rewards[0, 0]), ended, late, info
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Vector environment of gymnasium: one robot in each of many worlds, which make a step in one call.
 
 
@@ -320,7 +316,6 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
             self.scenes.begin(self.worlds, k, self._generators[k], options)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Environment of PettingZoo: several robots that act at the same time.
 
 
@@ -332,7 +327,7 @@ class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no t
     that stops at its goal, which stays there.
 
     Raises:
-        InvalidInput: a world that repeats; robots whose names depend on the seed.
+        InvalidInput: robots whose names depend on the seed.
     """
 
     metadata: ClassVar[dict[str, Any]] = {

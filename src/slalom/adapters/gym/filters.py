@@ -34,16 +34,12 @@ from slalom.obstacle.tracks import Tracks
 from slalom.sim.scenario import Scenario
 
 INTERVENTION: Final = 1e-6
-"""[1] A filter has intervened if it changes an acceleration by more than this, in units of the largest one.
-
-Larger: small changes count as none. Smaller: rounding counts as an intervention.
-"""
+"""[1] A filter has intervened if it changes an acceleration by more than this, in units of the largest one. Larger:
+small changes count as none. Smaller: rounding counts as an intervention."""
 
 WORLDS_PER_THREAD: Final = 8
-"""[1] Fewest worlds whose decisions are worth a thread.
-
-Smaller: threads take longer to start than their robots to decide. Larger: fewer cores are used. It changes no decision.
-"""
+"""[1] Fewest worlds whose decisions are worth a thread. Smaller: threads take longer to start than their robots to
+decide. Larger: fewer cores are used. It changes no decision."""
 
 NO_FILTER = ""
 """`info["filter"]` of a world that begins an episode in this step."""
@@ -91,7 +87,6 @@ def differs(applied: Array, wanted: Array, largest: Array) -> Flags:
     return np.asarray(np.linalg.norm(applied - wanted, axis=-1) > INTERVENTION * largest)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # One robot in each of many worlds: all decisions of a step in one call of a kernel, in any number of threads.
 
 
@@ -301,7 +296,6 @@ OUTCOME_SAFE = np.array([*(one.safe for one in OUTCOMES), False])
 """By number; FALL_BACK is the last one."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Wrapper of gymnasium that replaces the action of any policy by the nearest certified one.
 
 
@@ -365,7 +359,6 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
         return observation, reward, ended, late, {**info, **about, **named}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Wrapper of gymnasium for vector environments: the actions of many robots become the nearest certified ones.
 
 
@@ -417,7 +410,6 @@ class VectorSafetyFilter(VectorWrapper):
         return observations, rewards, ended, late, {**info, **about, **{f"_{name}": running for name in about}}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Wrapper of PettingZoo: the actions of all robots of a fleet become the nearest certified ones.
 
 

@@ -24,16 +24,12 @@ from slalom.sim.run.states import integrate
 from slalom.sim.scenario import Scenario
 from slalom.sim.shape_distance import segment_distance
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Motion of the obstacles of a scenario at the ends of equal steps, and how far it leaves the straight line between.
 
 
 GYM_BLOCK: Final = 64
-"""[1] Steps for which the motion of obstacles is computed at once, for each world.
-
-Larger: more memory, about 1 kB for each obstacle and 16 steps, and more work for episodes that end early. Smaller:
-slower steps.
-"""
+"""[1] Steps for which the motion of obstacles is computed at once, for each world. Larger: more memory, about 1 kB for
+each obstacle and 16 steps, and more work for episodes that end early. Smaller: slower steps."""
 
 
 class Motion:
@@ -183,7 +179,6 @@ def least_distances(before: Array, after: Array) -> Array:
     return segment_distance(before.reshape(-1, d), after.reshape(-1, d)).reshape(shape)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Bodies that the robots of many worlds can meet, relative to each robot, as arrays.
 
 
@@ -317,7 +312,6 @@ def shortened(vectors: Array) -> Array:
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1.0))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Least clearance of the robots of many worlds during a step, in continuous time.
 #
 # A lower bound comes from the chords of relative motion. Where it is not above 0, the clearance is that of the control
@@ -378,10 +372,6 @@ def _body(worlds: "Worlds", moved: Moved, w: int, body: int, moving: int, start:
         path = ConstantAcceleration(moved.position[w, r], moved.velocity[w, r], moved.acceleration[w, r], start)
         return Obstacle(robots[r].shape, path)
     return worlds.bodies.motions[w].walls[r - len(robots)]
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Many worlds of robots that follow actions, as arrays: one step of all, what robots observe, rewards and outcomes.
 
 
 RUNNING, ARRIVED, COLLISION, TIME = range(4)
@@ -487,8 +477,6 @@ class Worlds:
                 f"scenario: expected the number of robots, the dimension and the period {self.kind} in every world, "
                 f"found {_kind(scenario)}"
             )
-        if scenario.period is not None:
-            raise InvalidInput(f"scenario: expected a world that does not repeat, found {scenario.name}")
         for robot in scenario.robots:
             if robot.appears is not None and robot.appears > scenario.start:
                 raise InvalidInput(f"{robot.name}.appears: expected none in an environment, found {robot.appears:g} s")

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Message types of ROS 2: the store of rosbags with packages more, and the same types for DDS.
 #
 # Definitions are those of ROS 2 Humble. The packages of OBSTACLES are not among them; their fields follow the
@@ -140,15 +139,12 @@ def to_dds(message: Any) -> Any:
     return dds_type(message.__msgtype__)(**values)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Own state, frames and times from messages, read by attribute: messages of rosbags, rclpy and cyclonedds fit alike.
 
 
 QUATERNION: Final = 1e-3
-"""[1] Largest difference from 1 of the length of a quaternion in a message; it is then normalised.
-
-More than rounding to float32 over many products. Larger: quaternions that were never set pass as rotations.
-"""
+"""[1] Largest difference from 1 of the length of a quaternion in a message; it is then normalised. More than rounding
+to float32 over many products. Larger: quaternions that were never set pass as rotations."""
 
 
 T = TypeVar("T")
@@ -321,15 +317,12 @@ class Placed(Generic[T]):
         return self._made[1]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Obstacles from messages of trackers, by the table READERS, and from occupancy grids.
 
 
 UPRIGHT: Final = 1.0 - 1e-6
 """[1] Least cosine of the tilt of a box or cylinder whose footprint counts as the one it has upright (0.08 degrees).
-
-More tilted ones count as the disc about all of them. Smaller: the footprint of a high box is underestimated.
-"""
+More tilted ones count as the disc about all of them. Smaller: the footprint of a high box is underestimated."""
 
 
 CUBE = 1

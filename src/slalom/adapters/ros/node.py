@@ -35,7 +35,6 @@ from slalom.obstacle.occupancy import OccupancyTable
 from slalom.vehicle.driver import Driver, DriveStatus
 from slalom.vehicle.navigator import VehicleNavigator
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Commands of a node to a robot, and their messages.
 
 
@@ -65,16 +64,10 @@ def _vector3(kinds: Any, values: tuple[float, ...]) -> Any:
     return kinds.Vector3(**dict(zip("xyz", values, strict=True)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# The core of a node: messages in, commands out. It reads no clock and no topic, so that a replay repeats it.
-
-
 EARLY_DECISION: Final = 0.9
 """[1] Least time since the last decision, as a share of the period, after which odometry leads to the next one.
-
 Odometry comes with jitter: at 1, a message that is early by a microsecond costs a whole period. Smaller: decisions come
-more often than once a period, if odometry does.
-"""
+more often than once a period, if odometry does."""
 
 
 LATE: Final = 1000

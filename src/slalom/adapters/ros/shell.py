@@ -126,7 +126,6 @@ class NodeSettings:
         )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A node of rclpy around the core: topics in, geometry_msgs/Twist out. Not run here: it needs an installation of ROS 2.
 #
 # Start it as `python -m slalom.adapters.ros.shell --ros-args -p radius:=0.25 -p track:=0.4 -r people:=/tracked`.

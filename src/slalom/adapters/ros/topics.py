@@ -18,7 +18,6 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Bags of ROS 2 through a node: the messages in the order of the bag, the commands in a bag or a table.
 
 
@@ -179,7 +178,6 @@ def stamped(t: float, frame: str) -> Any:
     return types["std_msgs/msg/Header"](stamp=time, frame_id=frame)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Topics of ROS 2 over DDS, without ROS: names, types, quality of service and bytes are those of a ROS 2 node.
 #
 # A topic /odom is rt/odom on the wire, a type nav_msgs/msg/Odometry is nav_msgs::msg::dds_::Odometry_ (the mapping of
@@ -319,7 +317,6 @@ def _quality(topic: str, kind: str) -> Any:
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Figure of a replay: the commands, and the obstacles at the decisions.
 
 

@@ -339,22 +339,17 @@ def heads_nearby(i: int, radius: Array, count: int, rows: ObstaclePieces, tables
     return near[:found]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Shares of the avoidance of two robots that avoid each other, and the side on which they pass.
 
 
 AGREED_SIDE: Final = 0.1
 """[1] Half the width by which a robot counts as wider on the side on which two robots do not pass, in sums of radii.
-
 Larger: robots pass farther from each other and arrive later. Smaller: two robots that avoid towards the same side
-collide.
-"""
+collide."""
 
 SIDE_ROUNDING: Final = 1e-18
-"""[1] Square of the share of the relative velocity across the line between two robots that is a side.
-
-Larger: robots that meet almost head-on pass on the right. Smaller: rounding decides the side.
-"""
+"""[1] Square of the share of the relative velocity across the line between two robots that is a side. Larger: robots
+that meet almost head-on pass on the right. Smaller: rounding decides the side."""
 
 
 @kernel
@@ -410,15 +405,12 @@ def agreed_side(robot: Robot, other: Robot, position: Array, velocity: Array, ro
     return float(max(min(AGREED_SIDE * size, room), 0.0))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Encounters of one robot: passive bodies and other robots as pieces with margins.
 
 
 COOPERATION_RANGE: Final = 0.3
 """[1] Robots nearer to each other than this share of the sum of their radii avoid each other in full, not in part.
-
-Larger: less use is made of reciprocity. Smaller: two robots with wrong predictions of each other touch.
-"""
+Larger: less use is made of reciprocity. Smaller: two robots with wrong predictions of each other touch."""
 
 
 @kernel

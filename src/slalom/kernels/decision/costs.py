@@ -37,10 +37,8 @@ from slalom.kernels.geometry.cubic import copy_into, new_stack, value
 from slalom.kernels.jit import inlined, kernel, squared
 
 ARRIVAL_SAMPLES: Final = 8
-"""[1] Times at which a manoeuvre is tested for an arrival before its control has been carried out.
-
-Larger: an arrival on the way is noticed earlier. Smaller: a robot may pass its goal unnoticed in the cost.
-"""
+"""[1] Times at which a manoeuvre is tested for an arrival before its control has been carried out. Larger: an arrival
+on the way is noticed earlier. Smaller: a robot may pass its goal unnoticed in the cost."""
 
 
 @kernel
@@ -321,40 +319,29 @@ def optimistic_part(i: int, until: float, tables: DecisionTables, scratch: Scrat
     return float(until + left)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Controls of a response that a robot considers, and the optimistic costs by which responses are ordered.
 
 
 COST_TIE: Final = 1e-9
-"""[s] Costs and optimistic costs that differ by less are equal: the first response is taken.
-
-Larger: more ties. Smaller: rounding decides which response is taken.
-"""
+"""[s] Costs and optimistic costs that differ by less are equal: the first response is taken. Larger: more ties.
+Smaller: rounding decides which response is taken."""
 
 FASTEST_SLACK: Final = 1e-6
-"""[1] Share by which the time to a target at the largest speed is reduced, for rounding.
-
-Larger: more times are tested that no control can meet. Smaller than the rounding: the earliest time may be missed.
-"""
+"""[1] Share by which the time to a target at the largest speed is reduced, for rounding. Larger: more times are tested
+that no control can meet. Smaller than the rounding: the earliest time may be missed."""
 
 AIM_STEPS: Final = 60
-"""[1] Most steps of regula falsi towards the earliest aim; seldom more than ten.
-
-Smaller: the aim is later than it could be.
-"""
+"""[1] Most steps of regula falsi towards the earliest aim; seldom more than ten. Smaller: the aim is later than it
+could be."""
 
 AIM_ROOT: Final = 1e-14
-"""[1] Relative width of the bracket of the earliest aim at which its search ends.
-
-Larger: costs that are equal in theory differ. Smaller than rounding: all steps are computed.
-"""
+"""[1] Relative width of the bracket of the earliest aim at which its search ends. Larger: costs that are equal in
+theory differ. Smaller than rounding: all steps are computed."""
 
 
 STEEP: Final = 3.0
-"""[1] Square of the slope above which a velocity is steep: 60 degrees.
-
-Larger: detours of robots that climb turn them less. Smaller: robots that climb pass others above or below.
-"""
+"""[1] Square of the slope above which a velocity is steep: 60 degrees. Larger: detours of robots that climb turn them
+less. Smaller: robots that climb pass others above or below."""
 
 
 @inlined
@@ -630,7 +617,6 @@ def first_detour(i: int, closed: Flags, tables: DecisionTables, search: Response
     return first_least(search.costs)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Calls of Python from kernels, by the address of a function.
 
 

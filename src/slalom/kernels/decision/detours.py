@@ -13,9 +13,8 @@ from slalom.kernels.jit import inlined, kernel, squared
 
 SAME_DIRECTION: Final = 0.7
 """[1] Cosine of the angle between the way of a robot and what moves in its direction and holds it up: 45 degrees.
-
-Larger: robots stay behind slower ones that cross their way. Smaller: they take detours around others that come closer.
-"""
+Larger: robots stay behind slower ones that cross their way. Smaller: they take detours around others that come
+closer."""
 
 EXISTS: Final = 1e-9
 """[s] An obstacle whose pieces end sooner than this before the horizon exists there. Larger: some that leave count."""

@@ -254,14 +254,12 @@ def is_blocked(
     return bool(least_change(r, row, rows, tables, paths) > farthest_control(robot, r, u, tables.responses))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # To follow an acceleration: the cost of a control is its distance from the preferred one.
 
 
 DIRECT_TEST_ROWS: Final = 30
-"""[1] With fewer pieces a table of segments is made as quickly as the preferred control is tested alone.
-Larger: the direct test is used more seldom. Results do not depend on it.
-"""
+"""[1] With fewer pieces a table of segments is made as quickly as the preferred control is tested alone. Larger: the
+direct test is used more seldom. Results do not depend on it."""
 
 
 @inlined

@@ -163,7 +163,6 @@ def reachable_neighbours(i: int, near: Indices, centers: Array, radii: Array, ro
     return met[:count]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Cell list of robots: those that a robot can meet are found in its own and the neighbouring cells.
 #
 # The cost for each robot then does not grow with their number. Robots that cannot meet decide at the same time, each
@@ -299,8 +298,7 @@ def robots_in_reach(i: int, cells: CellList, robots: RobotTable, settings: Decis
                     c = c * cells.counts[2] + e
                 for m in range(cells.first[c], cells.first[c + 1]):
                     k = cells.member[m]
-                    # Images of a robot move as it does, and it need not avoid them.
-                    if robots.each[k].number != robot.number and is_in_reach(robot, robots.each[k], settings):
+                    if k != i and is_in_reach(robot, robots.each[k], settings):
                         place = count
                         while place > 0 and found[place - 1] > k:
                             found[place] = found[place - 1]
@@ -325,8 +323,7 @@ def is_in_reach(robot: Robot, other: Robot, settings: DecisionSettings) -> bool:
 def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> Indices:
     """The round (n,) in which each robot of `order` (n,) decides: after all before it in the cells about it.
 
-    Two robots of one round, and their images, are never in neighbouring cells, so that neither observes the decision of
-    the other.
+    Two robots of one round are never in neighbouring cells, so that neither observes the decision of the other.
     """
     latest = np.full(len(cells.first) - 1, -1)
     found = np.empty(len(order), np.int64)
@@ -346,9 +343,4 @@ def independent_rounds(order: Indices, cells: CellList, robots: RobotTable) -> I
                 for w in range(max(z - 1, 0), min(z + 2, sides[2])):
                     last = max(last, latest[((world + u) * sides[1] + v) * sides[2] + w])
         found[n] = latest[c] = last + 1
-        image = robot.next_image
-        while image >= 0:
-            c = cell_at(robots.each[image], cells.low, cells.width, cells.counts)
-            latest[c] = max(latest[c], last + 1)
-            image = robots.each[image].next_image
     return found

@@ -11,10 +11,8 @@ from slalom.kernels.geometry.cubic import copy_into, curvature, restrict, slope,
 from slalom.kernels.jit import inlined, kernel, squared
 
 FOLLOWING_ERROR: Final = 1e-9
-"""[m, m/s] A robot within this of its committed manoeuvre follows it exactly, up to rounding.
-
-Larger: errors of execution go unnoticed up to it. Smaller: committed paths move by rounding at every decision.
-"""
+"""[m, m/s] A robot within this of its committed manoeuvre follows it exactly, up to rounding. Larger: errors of
+execution go unnoticed up to it. Smaller: committed paths move by rounding at every decision."""
 
 
 @kernel
@@ -132,22 +130,12 @@ def predict(k: int, robots: RobotTable, settings: DecisionSettings) -> None:
 
 @kernel
 def publish(i: int, robots: RobotTable, settings: DecisionSettings) -> None:
-    """Let the others observe the committed path of robot i, and its images on it, each displaced as it is now."""
+    """Let the others observe the committed path of robot i."""
     committed = robots.committed
     observed = robots.observed
-    image = robots.each[i].next_image
     copy_into(observed.times[i], committed.times[i])
     copy_into(observed.points[i], committed.points[i])
     predict(i, robots, settings)
-    while image >= 0:
-        copy_into(observed.times[image], committed.times[i])
-        for p in range(committed.points.shape[1]):
-            for c in range(4):
-                for axis in range(3):
-                    away = robots.each[image].position[axis] - robots.each[i].position[axis]
-                    observed.points[image, p, c, axis] = committed.points[i, p, c, axis] + away
-        predict(image, robots, settings)
-        image = robots.each[image].next_image
 
 
 @kernel

@@ -79,23 +79,18 @@ from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.candidates import nearest_admissible
 from slalom.kernels.selection.exchange import deepest_violation
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The decision of a robot if all its manoeuvres are predicted to collide: the latest collision, then the slowest.
 
 
 COMPARED_COLLISION: Final = 0.1
-"""[1] To this part of a period the times of unavoidable collisions under two responses are compared.
-
-Larger: a robot may choose a response that collides that much sooner. With 0.5, 4 of 1000 crossings of observed crowds
-collided that do not with 0.1. Smaller: more choices where nothing is safe.
-"""
+"""[1] To this part of a period the times of unavoidable collisions under two responses are compared. Larger: a robot
+may choose a response that collides that much sooner. With 0.5, 4 of 1000 crossings of observed crowds collided that do
+not with 0.1. Smaller: more choices where nothing is safe."""
 
 LATEST_COLLISION: Final = 0.02
 """[1] To this part of a period the time of the unavoidable collision is found under the response that is chosen.
-
 Larger: the robot collides that much sooner than it could. With 0.5, `nlvo` collided in 45 of 200 crossings of the
-roundabout, with 0.1 in 21. Smaller: more choices where nothing is safe.
-"""
+roundabout, with 0.1 in 21. Smaller: more choices where nothing is safe."""
 
 WORK_ROW: Final = 0.3
 """[us] Counted for each piece of a body near a motion: see WORK_NODE."""
@@ -242,27 +237,17 @@ def impact_speed(
     return float(speed)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# The policy: one robot, or many one after the other, of any shape, limits and targets.
-
-
 CLEARANCE_STEPS: Final = 6
-"""[1] Bisections of the clearance beyond the margin, of at most `MostClearance.enough`: to 1/64 of it.
-
-More: decisions take longer where that clearance is not free. Fewer: the clearance found is less.
-"""
+"""[1] Bisections of the clearance beyond the margin, of at most `MostClearance.enough`: to 1/64 of it. More: decisions
+take longer where that clearance is not free. Fewer: the clearance found is less."""
 
 MIN_IMPROVEMENT: Final = 0.25
-"""[1] Share of the shortest response by which an optimistic cost must be below the least cost found so far.
-
-Other responses are not examined. Larger: fewer are, and arrivals are later by up to this. 0: all that may be better.
-"""
+"""[1] Share of the shortest response by which an optimistic cost must be below the least cost found so far. Other
+responses are not examined. Larger: fewer are, and arrivals are later by up to this. 0: all that may be better."""
 
 MARGIN_STEPS: Final = 4
-"""[1] Number of margins that are tried, each half of the one before; then the fallback decides.
-
-Larger: a robot in a narrow gap keeps more of its margin at more cost. Smaller: it falls back earlier.
-"""
+"""[1] Number of margins that are tried, each half of the one before; then the fallback decides. Larger: a robot in a
+narrow gap keeps more of its margin at more cost. Smaller: it falls back earlier."""
 
 
 CLEAR = 0

@@ -17,9 +17,7 @@ from slalom.kernels.relative_motion.window import rows_within
 
 STOP_DEPTH: Final = 1e-3
 """[m] How deep in an obstacle an observed robot is predicted to stop, at most; deeper if it gets there in one period.
-
-Larger: stops are predicted later. Smaller: a robot that moves along a wall may be predicted to stop by rounding.
-"""
+Larger: stops are predicted later. Smaller: a robot that moves along a wall may be predicted to stop by rounding."""
 
 
 @kernel

@@ -10,10 +10,8 @@ from slalom.kernels.decision.tables import Claims, DecisionTables, Paths, Robot,
 from slalom.kernels.jit import kernel, squared
 
 ON_WAY_COST: Final = 20.0
-"""[1] Cost of a manoeuvre that ends on the way of another robot, in times of the drive off that way.
-
-Larger: hardly any other choices, since a robot leaves a way in any case. Near 1: it stays if its own way leads there.
-"""
+"""[1] Cost of a manoeuvre that ends on the way of another robot, in times of the drive off that way. Larger: hardly any
+other choices, since a robot leaves a way in any case. Near 1: it stays if its own way leads there."""
 
 ASIDE = np.array(
     [

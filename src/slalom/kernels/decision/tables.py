@@ -20,16 +20,12 @@ from slalom.kernels.arrays import (
 )
 
 RESPONSE_WINDOWS: Final = 48
-"""[1] Windows of the horizon in which the motion under one response is bounded; a multiple of 2 BALL_WINDOWS.
-
-Larger: fewer pieces of obstacles are tested for a response, at more cost of the bounds. Smaller: the contrary.
-"""
+"""[1] Windows of the horizon in which the motion under one response is bounded; a multiple of 2 BALL_WINDOWS. Larger:
+fewer pieces of obstacles are tested for a response, at more cost of the bounds. Smaller: the contrary."""
 
 BALL_WINDOWS: Final = 6
-"""[1] Windows of the horizon, each with a bounding ball of every observed path and reachable set.
-
-Larger: tighter balls that cost more to test. Smaller: more robots that cannot be met are examined.
-"""
+"""[1] Windows of the horizon, each with a bounding ball of every observed path and reachable set. Larger: tighter balls
+that cost more to test. Smaller: more robots that cannot be met are examined."""
 
 
 class TabulatedResponse:
@@ -76,12 +72,8 @@ class ResponseTable(NamedTuple):
 class Robot:
     """One robot: state, limits, target, committed control.
 
-    Its shape is a kind of skeleton, see `RobotBodies`, rounded by `rounding`: the skeleton of a disc is its centre. In
-    a periodic world, images of robots have rows too, after those of the robots. They are observed and decide nothing.
+    Its shape is a kind of skeleton, see `RobotBodies`, rounded by `rounding`: the skeleton of a disc is its centre.
     """
-
-    number: int  # row of the robot of which this is an image; of a robot its own row
-    next_image: int  # row of the next image of the same robot; -1: none
 
     position: Vector  # [m]
     velocity: Vector  # [m/s]
@@ -133,7 +125,7 @@ class RobotTable(NamedTuple):
     """All robots, their committed paths, and their paths as other robots predict them."""
 
     each: Records[Robot]  # (n,)
-    committed: Paths  # the last time is far away; those of images are not needed
+    committed: Paths  # the last time is far away
     observed: Paths
 
 
@@ -245,7 +237,7 @@ FOLLOW_VELOCITY = 1
 FOLLOW_ACCELERATION = 2
 MIXED = 3
 IN_PYTHON = 4
-"""Objectives by number. MIXED has parts of the first three, see `Objectives`; IN_PYTHON is called, see `callback`."""
+"""Objectives by number. MIXED has parts of the first three, see `Objectives`; IN_PYTHON is called, see CALLBACK."""
 
 PREFERRED = 0
 COST = 1

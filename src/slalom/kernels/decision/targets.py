@@ -10,27 +10,18 @@ from slalom.kernels.decision.tables import FOLLOW_VELOCITY, ResponseTable, Robot
 from slalom.kernels.geometry.cubic import slope, value
 from slalom.kernels.jit import inlined, kernel, squared
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Earliest arrival of a point that accelerates and then coasts; desired velocity; estimate of the time to the goal.
 
 
 ARRIVAL_FIRST: Final = 1e-3
-"""[s] First of the times between which an earliest arrival is sought.
-
-Larger: arrivals before it are rounded up. Smaller: more times.
-"""
+"""[s] First of the times between which an earliest arrival is sought. Larger: arrivals before it are rounded up.
+Smaller: more times."""
 
 ARRIVAL_RATIO: Final = 1.05
-"""[1] Ratio of successive times of that list.
-
-Larger: two arrivals may lie in one interval. Smaller: more times.
-"""
+"""[1] Ratio of successive times of that list. Larger: two arrivals may lie in one interval. Smaller: more times."""
 
 ARRIVAL_COUNT: Final = 424
-"""[1] Number of these ratios: the last time is about 1e6 s.
-
-Smaller: later arrivals count as never.
-"""
+"""[1] Number of these ratios: the last time is about 1e6 s. Smaller: later arrivals count as never."""
 
 
 ARRIVAL_TIMES = np.multiply.accumulate(np.concatenate([[ARRIVAL_FIRST], np.full(ARRIVAL_COUNT, ARRIVAL_RATIO)]))
@@ -187,21 +178,13 @@ def time_to_go(
     return earliest_arrival(away, velocity, max_acceleration, max_speed, 0.5 * tolerance)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Targets at rest or in motion: their positions, the velocity that leads to them, the time to reach them.
-
-
 INTERCEPTION_STEPS: Final = 4
-"""[1] Iterations that find where a robot at maximum speed meets a moving goal.
-
-Larger: exact for goals that turn quickly. Smaller: the robot moves to a place that the goal passes at another time.
-"""
+"""[1] Iterations that find where a robot at maximum speed meets a moving goal. Larger: exact for goals that turn
+quickly. Smaller: the robot moves to a place that the goal passes at another time."""
 
 INTERCEPTION_WAIT: Final = 10.0
-"""[s] Largest growth of the time of an interception in its first iteration: goals may outrun the robot.
-
-Larger: the robot moves to a far future place of a goal that it cannot reach. Smaller: more iterations are needed.
-"""
+"""[s] Largest growth of the time of an interception in its first iteration: goals may outrun the robot. Larger: the
+robot moves to a far future place of a goal that it cannot reach. Smaller: more iterations are needed."""
 
 
 @inlined

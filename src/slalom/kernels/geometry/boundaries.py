@@ -17,17 +17,13 @@ from slalom.kernels.arrays import Array, Plane
 from slalom.kernels.jit import kernel, squared
 
 ELEMENT: Final = 1e-12
-"""[1] Relative depth inside an element that counts as lying on its boundary.
-
-Candidates are intersections of element boundaries and carry rounding of this order. Times the distances met
-(up to kilometres) it stays below CONTACT, so no collision hides in it.
-"""
+"""[1] Relative depth inside an element that counts as lying on its boundary. Candidates are intersections of element
+boundaries and carry rounding of this order. Times the distances met (up to kilometres) it stays below CONTACT, so no
+collision hides in it."""
 
 PARALLEL: Final = 1e-12
-"""[1] Sine of the angle below which two planes count as parallel, and relative distance from a circle's axis.
-
-The intersection of boundaries that meet at a smaller angle depends on rounding only.
-"""
+"""[1] Sine of the angle below which two planes count as parallel, and relative distance from a circle's axis. The
+intersection of boundaries that meet at a smaller angle depends on rounding only."""
 
 
 @kernel
@@ -235,7 +231,6 @@ def intersect_circles(boundaries: Array, i: int, j: int, found: Array) -> int:
     return 2
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Curves in space: the circle or line in which two boundaries meet, and how far along it a third one reaches.
 #
 # A curve is an array (4, 3): the centre of the circle, two unit vectors e, g in its plane, and the radius in the last
@@ -418,7 +413,6 @@ def end_on_line(boundaries: Array, k: int, curve: Array, t: float, way: float) -
     return float(middle - np.sqrt(square))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Axes of a body along a direction.
 
 

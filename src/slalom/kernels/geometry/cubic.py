@@ -243,7 +243,6 @@ def copy_into(into: npt.NDArray[Any], what: npt.NDArray[Any]) -> None:
         into[index] = what[index]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Gains: the image of a control u is g u + k J u, where J turns the plane by a right angle to the left.
 #
 # With k, the cross gain, a control is turned and scaled: (g, k) is the complex number g + i k. Only responses that

@@ -14,18 +14,15 @@ from slalom.kernels.arrays import Array, Direction, Hulls, Indices, MaybeHulls, 
 from slalom.kernels.geometry.cubic import LEAST_WIDTH, image, modulus_at, restrict, value
 from slalom.kernels.jit import kernel, squared
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The signed distance of the origin to the convex hull of a few points.
 
 
 SHORT: Final = 3e-8
 """[1] Share of the largest length in a hull below which the direction of a distance is that across its nearest edge.
-
-The direction of a difference d of lengths L is off by about 1e-16 L / d, which moves the other end of the edge by
-1e-16 L^2 / d: by less than d if d exceeds 1e-8 L. Larger: directions near corners are off by more. Smaller than about
-1e-8: no bound along such a direction decides, and bisections halve each span to the last digit. In the plane only: in
-space bodies are round.
-"""
+The direction of a difference d of lengths L is off by about 1e-16 L / d, which moves the other end of the edge by 1e-16
+L^2 / d: by less than d if d exceeds 1e-8 L. Larger: directions near corners are off by more. Smaller than about 1e-8:
+no bound along such a direction decides, and bisections halve each span to the last digit. In the plane only: in space
+bodies are round."""
 
 
 @kernel
@@ -143,10 +140,6 @@ def order(q: Array, n: int) -> int:
     return count
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Rounded convex hulls along a segment: their corners and signed distances.
-
-
 class MovingHull(NamedTuple):
     """One rounded hull along a segment, relative to the robot under one control."""
 
@@ -242,7 +235,6 @@ def distances(places: Array, directions: Array, hull: Indices, hulls: MaybeHulls
     return result
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Lower bounds of the signed distance to a rounded convex hull along a segment.
 #
 # The signed distance of the origin to a convex hull is the largest, over unit vectors v, of min v . corner: negative
@@ -398,7 +390,6 @@ def least_along(separating: Array, gain: Array, cross: Array, u: Array) -> float
     return float(min(early, min(separating[5] - gain[2] * toward, separating[6] - gain[3] * toward)))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Contacts with a rounded convex hull along a segment: whether and when, the least distance, the deepest time.
 #
 # Spans of time are bisected until a bound or a distance decides. A control that slides along a hull at the distance 0
@@ -407,23 +398,17 @@ def least_along(separating: Array, gain: Array, cross: Array, u: Array) -> float
 
 
 MOST_SPANS: Final = 2048
-"""[1] Most spans of a segment that are bisected before it counts as colliding: about 2 ms.
-
-Larger: a control that slides along a hull takes longer. Smaller than a few times DEPTH: free controls are lost, since
-a span is bisected so often around each time at which the direction of the distance jumps.
-"""
+"""[1] Most spans of a segment that are bisected before it counts as colliding: about 2 ms. Larger: a control that
+slides along a hull takes longer. Smaller than a few times DEPTH: free controls are lost, since a span is bisected so
+often around each time at which the direction of the distance jumps."""
 
 DEEPEST_SAMPLES: Final = 8
-"""[1] Intervals of a segment at whose ends the depth inside a hull is sampled before golden section.
-
-Larger: deeper elements, at more cost each. Smaller: a deeper time may be missed, and the exchange takes longer.
-"""
+"""[1] Intervals of a segment at whose ends the depth inside a hull is sampled before golden section. Larger: deeper
+elements, at more cost each. Smaller: a deeper time may be missed, and the exchange takes longer."""
 
 GOLDEN_STEPS: Final = 18
-"""[1] Steps of golden section towards the deepest time: each multiplies the interval by 0.618.
-
-Larger: time spent below rounding. Smaller: elements are less deep.
-"""
+"""[1] Steps of golden section towards the deepest time: each multiplies the interval by 0.618. Larger: time spent below
+rounding. Smaller: elements are less deep."""
 
 
 @kernel

@@ -13,10 +13,8 @@ from slalom.kernels.geometry.boundaries import ELEMENT
 from slalom.kernels.jit import kernel, squared
 
 POLYGON_SLACK: Final = 1e-9
-"""[1] Relative slack by which arcs and edges of rounded polygons count as reaching into the admissible set.
-
-Larger: more candidates. Smaller: rounding loses a boundary that touches the set.
-"""
+"""[1] Relative slack by which arcs and edges of rounded polygons count as reaching into the admissible set. Larger:
+more candidates. Smaller: rounding loses a boundary that touches the set."""
 
 
 Polygons: TypeAlias = tuple[Array, Indices, Array, Array]

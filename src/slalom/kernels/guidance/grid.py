@@ -1,4 +1,4 @@
-"""The plane and the grid of the guidance: periodic images, free places, and grid A*."""
+"""The plane and the grid of the guidance: free places, and grid A*."""
 
 from typing import Final
 
@@ -16,98 +16,65 @@ def along_and_across(x: float, y: float, dx: float, dy: float) -> tuple[float, f
     return x * dx + y * dy, dx * y - dy * x
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Periodic worlds in the guidance: nearest images of robots, and obstacles at rest within one period.
-
-
 @kernel
-def nearest_image(j: int, k: int, robots: GuidanceState) -> tuple[float, float]:
-    """Vector [m] from robot j to the nearest periodic image of robot k."""
+def offset(j: int, k: int, robots: GuidanceState) -> tuple[float, float]:
+    """Vector [m] from robot j to robot k."""
     x = robots.position[k, 0] - robots.position[j, 0]
-    y = robots.position[k, 1] - robots.position[j, 1]
-    if robots.period[0] > 0.0:
-        x -= robots.period[0] * np.round(x / robots.period[0])
-    if robots.period[1] > 0.0:
-        y -= robots.period[1] * np.round(y / robots.period[1])
-    return x, y
+    return x, robots.position[k, 1] - robots.position[j, 1]
 
 
 @kernel
-def is_free(x: float, y: float, radius: float, period: Array, grid: Grid) -> bool:
-    """Whether a disc of a radius [m] at (x, y) [m] is on the grid and clear of obstacles at rest.
-
-    period (2,) [m], 0 where the world is not periodic: the grid covers one period.
-    """
-    if period[0] > 0.0:
-        x -= period[0] * np.floor((x - grid.origin[0]) / period[0])
-    if period[1] > 0.0:
-        y -= period[1] * np.floor((y - grid.origin[1]) / period[1])
+def is_free(x: float, y: float, radius: float, grid: Grid) -> bool:
+    """Whether a disc of a radius [m] at (x, y) [m] is on the grid and clear of obstacles at rest."""
     a = int(np.round((x - grid.origin[0]) / grid.width))
     b = int(np.round((y - grid.origin[1]) / grid.width))
     shape = grid.clearance.shape
     return bool(0 <= a < shape[0] and 0 <= b < shape[1] and grid.clearance[a, b] >= radius)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Grid A*: waypoints of shortest paths around obstacles at rest, which are walls and robots that have arrived.
 #
 # Path lengths are in cells. Fractional cell coordinates (x, y) [cell] are (a, b) at the centre of cell (a, b).
 
 
 NARROW_COST: Final = 3.0
-"""[1] Cost per length of cells whose clearance is less than the radius by no more than half a diagonal.
-
-Such a cell may or may not be free. Larger: paths avoid passages as wide as the robot. Smaller: paths touch walls.
-"""
+"""[1] Cost per length of cells whose clearance is less than the radius by no more than half a diagonal. Such a cell may
+or may not be free. Larger: paths avoid passages as wide as the robot. Smaller: paths touch walls."""
 
 PARKED_COST: Final = 8.0
-"""[1] Cost per length of cells that are occupied by a robot at rest at its goal; a request may move it aside.
-
-Larger: longer detours around such robots. Smaller: more requests.
-"""
+"""[1] Cost per length of cells that are occupied by a robot at rest at its goal; a request may move it aside. Larger:
+longer detours around such robots. Smaller: more requests."""
 
 WALL_COST: Final = 1e4
-"""[1] Cost per length of cells that are occupied by a wall: more than any detour, but finite.
-
-A robot whose own cell counts as occupied still gets a path. Smaller: on large grids paths may lead through walls.
-"""
+"""[1] Cost per length of cells that are occupied by a wall: more than any detour, but finite. A robot whose own cell
+counts as occupied still gets a path. Smaller: on large grids paths may lead through walls."""
 
 LONGEST_MOVE: Final = 5.0**0.5
 """[cell] Length of a knight's move, the longest on the grid: cells within it of the known ones may be unknown."""
 
 BUCKET_WIDTH: Final = 0.1
-"""[cell] Estimated lengths of paths that the queue of a search does not distinguish.
-
-A path may be longer than the shortest one by so much. Larger: longer paths. Smaller: more empty buckets.
-"""
+"""[cell] Estimated lengths of paths that the queue of a search does not distinguish. A path may be longer than the
+shortest one by so much. Larger: longer paths. Smaller: more empty buckets."""
 
 MAX_PATH_CELLS: Final = 4096
-"""[cell] Cells of a path at most: more than a shortest path has on a grid of 400 by 400 cells without a maze.
-
-A longer path is cut there, which leaves the next waypoint as it is.
-"""
+"""[cell] Cells of a path at most: more than a shortest path has on a grid of 400 by 400 cells without a maze. A longer
+path is cut there, which leaves the next waypoint as it is."""
 
 MIN_WAYPOINT_CELLS: Final = 2
-"""[1] A waypoint is at least so many cells of the path ahead, even if the line of sight to it is blocked.
-
-Larger: waypoints behind corners. Smaller: a robot in an occupied cell gets its own cell as waypoint.
-"""
+"""[1] A waypoint is at least so many cells of the path ahead, even if the line of sight to it is blocked. Larger:
+waypoints behind corners. Smaller: a robot in an occupied cell gets its own cell as waypoint."""
 
 SIGHT_SAMPLES: Final = 2.0
 """[1/cell] Samples of a line of sight per cell. Larger: slower. Smaller: corners of walls are missed."""
 
 SIGHT_START: Final = 1.5
-"""[cell] Length at the beginning of a line of sight on which occupied cells do not count.
-
-The cell of a robot in contact may be occupied by rounding. Larger: lines through thin walls count as free. Smaller: all
-lines from robots at walls are blocked.
-"""
+"""[cell] Length at the beginning of a line of sight on which occupied cells do not count. The cell of a robot in
+contact may be occupied by rounding. Larger: lines through thin walls count as free. Smaller: all lines from robots at
+walls are blocked."""
 
 SIGHT_CULL: Final = 1.0
-"""[cell] Robots nearer to a line of sight than their radius and this are tested at its cells.
-
-The samples are rounded to cells, at most 0.71 cells away. Larger: more tests; smaller than that: robots are missed.
-"""
+"""[cell] Robots nearer to a line of sight than their radius and this are tested at its cells. The samples are rounded
+to cells, at most 0.71 cells away. Larger: more tests; smaller than that: robots are missed."""
 
 
 DIAGONAL = np.sqrt(2.0)

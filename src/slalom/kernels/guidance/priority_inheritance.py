@@ -12,139 +12,97 @@ import numpy as np
 
 from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.arrays import Flags
-from slalom.kernels.guidance.grid import along_and_across, is_free, nearest_image
+from slalom.kernels.guidance.grid import along_and_across, is_free, offset
 from slalom.kernels.guidance.tables import Grid, GuidanceState
 from slalom.kernels.jit import kernel, squared
 
 REQUEST_AFTER: Final = 1.5
-"""[s] A robot that has been blocked for this long sends a request to the robots ahead of it.
-
-Larger: blocked robots lose time. Smaller: requests that a short stop would make unnecessary.
-"""
+"""[s] A robot that has been blocked for this long sends a request to the robots ahead of it. Larger: blocked robots
+lose time. Smaller: requests that a short stop would make unnecessary."""
 
 REQUEST_BESIDE_AFTER: Final = 10.0
-"""[s] A robot that has been blocked for this long also sends requests to robots beside it.
-
-It resolves arches of robots before a door, in which none is ahead of another. Larger: arches last longer.
-Smaller: robots beside the path move aside for nothing.
-"""
+"""[s] A robot that has been blocked for this long also sends requests to robots beside it. It resolves arches of robots
+before a door, in which none is ahead of another. Larger: arches last longer. Smaller: robots beside the path move aside
+for nothing."""
 
 REQUEST_AHEAD: Final = 0.1
-"""[1] Robots ahead by more than this share of the sum of radii get a request.
-
-Larger: robots that block by their edge get none. Smaller: robots beside the path get one.
-"""
+"""[1] Robots ahead by more than this share of the sum of radii get a request. Larger: robots that block by their edge
+get none. Smaller: robots beside the path get one."""
 
 REQUEST_BESIDE: Final = 0.5
-"""[1] After REQUEST_BESIDE_AFTER, robots behind by less than this share of the sum of radii get a request too.
-
-Larger: robots behind move for nothing. Smaller: arches before a door may last.
-"""
+"""[1] After REQUEST_BESIDE_AFTER, robots behind by less than this share of the sum of radii get a request too. Larger:
+robots behind move for nothing. Smaller: arches before a door may last."""
 
 REQUEST_RANGE: Final = 1.5
-"""[1] Robots within this many times the sum of radii get a request.
-
-Larger: robots that do not block move aside. Smaller: those that block at some distance do not.
-"""
+"""[1] Robots within this many times the sum of radii get a request. Larger: robots that do not block move aside.
+Smaller: those that block at some distance do not."""
 
 REQUEST_SPEED: Final = 0.3
-"""[1] Robots faster than this share of their maximum speed get no request: they leave without a request.
-
-Larger: moving robots are diverted. Smaller: robots that drift are left in the way.
-"""
+"""[1] Robots faster than this share of their maximum speed get no request: they leave without a request. Larger: moving
+robots are diverted. Smaller: robots that drift are left in the way."""
 
 YIELD_DIRECTIONS: Final = 16
 """[1] Directions that are compared for moving aside. More: slower. Fewer: gaps between robots are missed."""
 
 YIELD_DURATION: Final = 2.0
-"""[s] Time for which a robot moves aside after a request, at least.
-
-Larger: it comes back late. Smaller: it comes back before the blocked robot has moved.
-"""
+"""[s] Time for which a robot moves aside after a request, at least. Larger: it comes back late. Smaller: it comes back
+before the blocked robot has moved."""
 
 YIELD_EXTENSION: Final = 0.5
-"""[s] Least remaining time of moving aside while the robot that sent the request is within YIELD_RANGE.
-
-Larger: robots come back later. Smaller than a decision period: they come back in between.
-"""
+"""[s] Least remaining time of moving aside while the robot that sent the request is within YIELD_RANGE. Larger: robots
+come back later. Smaller than a decision period: they come back in between."""
 
 YIELD_RANGE: Final = 2.5
 """[1] A robot moves aside for as long as the sender of the request is nearer than this many times the sum of radii.
-
-Larger: it comes back later. Smaller: it comes back into the path.
-"""
+Larger: it comes back later. Smaller: it comes back into the path."""
 
 YIELD_DISTANCE: Final = 2.5
-"""[1] Distance of the point that a robot yields to, and of the space tested for it, in sums of radii.
-
-Larger: robots move farther aside than needed. Smaller: they stay in the way.
-"""
+"""[1] Distance of the point that a robot yields to, and of the space tested for it, in sums of radii. Larger: robots
+move farther aside than needed. Smaller: they stay in the way."""
 
 YIELD_SAMPLE: Final = 0.5
-"""[cell] Distance of the samples at which the space beside a path is tested for walls.
-
-Larger: thin walls are missed. Smaller: slower.
-"""
+"""[cell] Distance of the samples at which the space beside a path is tested for walls. Larger: thin walls are missed.
+Smaller: slower."""
 
 YIELD_BACKWARD_COSINE: Final = 0.3
-"""[1] Robots do not move aside in directions whose cosine with the opposite of the request exceeds this.
-
-Larger: they approach the robot that they yield to. Smaller: fewer ways aside are found.
-"""
+"""[1] Robots do not move aside in directions whose cosine with the opposite of the request exceeds this. Larger: they
+approach the robot that they yield to. Smaller: fewer ways aside are found."""
 
 YIELD_ASIDE: Final = 1.2
-"""[1] Distance from the path, in sums of radii, beyond which moving farther aside scores no more.
-
-Larger: robots move farther than needed. Below 1: they may stay in the path.
-"""
+"""[1] Distance from the path, in sums of radii, beyond which moving farther aside scores no more. Larger: robots move
+farther than needed. Below 1: they may stay in the path."""
 
 YIELD_DISTANCE_WEIGHT: Final = 0.3
-"""[1] Score of a metre of free space in a direction, relative to a metre off the path.
-
-Larger: robots move along the path. Smaller: they move into narrow niches beside it.
-"""
+"""[1] Score of a metre of free space in a direction, relative to a metre off the path. Larger: robots move along the
+path. Smaller: they move into narrow niches beside it."""
 
 YIELD_BLOCKED: Final = 0.5
-"""[1] A direction with less free space than this share of the sum of radii counts as blocked.
-
-Larger: more robots inherit the request. Smaller: robots move into gaps that are too small.
-"""
+"""[1] A direction with less free space than this share of the sum of radii counts as blocked. Larger: more robots
+inherit the request. Smaller: robots move into gaps that are too small."""
 
 YIELD_INHERITANCE: Final = 0.2
-"""[1] Score, in sums of radii, of a blocked direction whose blocker can inherit the request.
-
-Larger: more robots are moved. Smaller: robots move into narrow gaps instead.
-"""
+"""[1] Score, in sums of radii, of a blocked direction whose blocker can inherit the request. Larger: more robots are
+moved. Smaller: robots move into narrow gaps instead."""
 
 YIELD_WALL_PENALTY: Final = 1.0
-"""[1] Penalty, in sums of radii, of a direction that is blocked by a wall or by a robot with a request.
-
-Larger: such directions are taken less often. Smaller: robots may try to yield into a wall.
-"""
+"""[1] Penalty, in sums of radii, of a direction that is blocked by a wall or by a robot with a request. Larger: such
+directions are taken less often. Smaller: robots may try to yield into a wall."""
 
 YIELD_TOLERANCE: Final = 0.1
-"""[m] Tolerance of the point that a robot yields to.
-
-Larger: it may stay in the path. Smaller: it moves on for longer.
-"""
+"""[m] Tolerance of the point that a robot yields to. Larger: it may stay in the path. Smaller: it moves on for
+longer."""
 
 BLOCKED_SPEED: Final = 0.15
-"""[1] A robot slower than this share of its maximum speed, and not at its goal, counts as blocked.
-
-Larger: slow robots send requests. Smaller: robots that creep in a jam send none.
-"""
+"""[1] A robot slower than this share of its maximum speed, and not at its goal, counts as blocked. Larger: slow robots
+send requests. Smaller: robots that creep in a jam send none."""
 
 BLOCKED_RECOVERY: Final = 2.0
-"""[1] A moving robot loses its waiting time so many times faster than it gained it.
-
-Larger: a robot in stop and go never sends requests. Smaller: it sends requests long after it has moved on.
-"""
+"""[1] A moving robot loses its waiting time so many times faster than it gained it. Larger: a robot in stop and go
+never sends requests. Smaller: it sends requests long after it has moved on."""
 
 FIRST_VISIT_PRIORITY: Final = 1e6
-"""[s] Added to the waiting time of robots that have never arrived: they go before those that yielded their goals.
-
-More than any duration. Smaller: a robot that has yielded may come back before the other one has passed.
-"""
+"""[s] Added to the waiting time of robots that have never arrived: they go before those that yielded their goals. More
+than any duration. Smaller: a robot that has yielded may come back before the other one has passed."""
 
 
 @kernel
@@ -162,7 +120,7 @@ def free_distance(
     for m in range(len(robots.present)):
         if m == k or not robots.present[m]:
             continue
-        rx, ry = nearest_image(k, m, robots)
+        rx, ry = offset(k, m, robots)
         along, across = along_and_across(rx, ry, dx, dy)
         touch = robots.radius[k] + robots.radius[m] + margin
         if along <= 0.0 or abs(across) >= touch:
@@ -175,7 +133,7 @@ def free_distance(
     radius = robots.radius[k] + margin
     t = step
     while t <= free:
-        if not is_free(px + t * dx, py + t * dy, radius, robots.period, grid):
+        if not is_free(px + t * dx, py + t * dy, radius, grid):
             return t - step, -1
         t += step
     return free, blocker
@@ -241,7 +199,7 @@ def request_space(
         for k in range(len(robots.present)):
             if requested[k] or not robots.present[k]:
                 continue
-            rx, ry = nearest_image(j, k, robots)
+            rx, ry = offset(j, k, robots)
             touch = robots.radius[j] + robots.radius[k]
             along, across = along_and_across(rx, ry, fx, fy)
             if along <= ahead * touch or abs(across) >= touch + margin:
@@ -278,7 +236,7 @@ def update_waiting(robots: GuidanceState, now: float, period: float) -> None:
             robots.waiting_time[i] = max(0.0, robots.waiting_time[i] - BLOCKED_RECOVERY * period)
         k = int(robots.yielding[i, 3])
         near = YIELD_RANGE * (robots.radius[i] + robots.radius[k])
-        x, y = nearest_image(k, i, robots)
+        x, y = offset(k, i, robots)
         if robots.yielding[i, 2] > now and not robots.arrived[k] and x * x + y * y < near * near:
             # The robot that sent the request has not yet passed.
             robots.yielding[i, 2] = max(robots.yielding[i, 2], now + YIELD_EXTENSION)

@@ -27,7 +27,6 @@ class GuidanceState(NamedTuple):
     yielding: Array  # (n, 4) point to yield to (x, y) [m], end of yielding [s], number of the robot to yield to
     arrived: Flags  # (n,)
     visited: Flags  # (n,) whether the robot has ever arrived
-    period: Array  # (2,) [m] period of the world along x and y; 0: not periodic
     circle: Array  # (n, 4) traffic circle, passed counterclockwise: centre x, y [m], radius [m], robots; radius 0: none
 
 

@@ -1,6 +1,6 @@
 """Traffic circles: robots whose straight paths would meet pass the common point counterclockwise.
 
-`update_targets` keeps one circle for each robot; in periodic worlds, `keep_right` passes one robot after the other.
+`update_targets` keeps one circle for each robot.
 """
 
 from typing import Final
@@ -15,34 +15,26 @@ from slalom.kernels.guidance.grid import (
     cell_costs,
     farthest_in_sight,
     goal_in_sight,
-    nearest_image,
     new_path_search,
 )
 from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, RobotRows
 from slalom.kernels.jit import kernel, squared, vectorized
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Filter that discards robots which cannot affect robot i before the exact test. It passes all that matter, few others.
 
 
 FILTER_SLACK: Final = 1e-6
-"""[1] Relative excess of squared distances and of times in the filter, for its rounding.
-
-Larger: more robots pass. Smaller than rounding: robots on the border of the exact test are discarded.
-"""
+"""[1] Relative excess of squared distances and of times in the filter, for its rounding. Larger: more robots pass.
+Smaller than rounding: robots on the border of the exact test are discarded."""
 
 CIRCLE_ENTRY: Final = 2.0
-"""[1] Robots within this many of their radii of a traffic circle, or on their way there, are counted on it.
-
-Larger: robots that only pass enlarge the circle. Smaller: robots that enter are counted late.
-"""
+"""[1] Robots within this many of their radii of a traffic circle, or on their way there, are counted on it. Larger:
+robots that only pass enlarge the circle. Smaller: robots that enter are counted late."""
 
 CIRCLE_ARC: Final = 1.57
 """[1] Robots count on a traffic circle if their distances from its centre differ by this many of its radii, or less.
-
 That is a quarter of its circumference. Larger: robots that are there at other times enlarge the circle, in large crowds
-without end. Smaller: robots in the same queue have different circles and meet frontally (docs/design/0008).
-"""
+without end. Smaller: robots in the same queue have different circles and meet frontally (docs/design/0008)."""
 
 
 @kernel
@@ -137,117 +129,65 @@ def list_candidates(rows: RobotRows) -> int:
     return count
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Traffic circles: robots whose straight paths would meet pass the common point counterclockwise.
-
-
 ENCOUNTER_DISTANCE: Final = 1.3
-"""[1] Two robots encounter each other if they would come nearer than this many times the sum of their radii.
-
-Larger: robots form traffic circles that they do not need. Smaller: near misses slow robots down (docs/design/0008).
-"""
+"""[1] Two robots encounter each other if they would come nearer than this many times the sum of their radii. Larger:
+robots form traffic circles that they do not need. Smaller: near misses slow robots down (docs/design/0008)."""
 
 ENCOUNTER_SHARE: Final = 0.999
 """[1] Share of the path to the waypoint on which encounters count. At the waypoint itself a robot stops instead.
-
-Larger: above 1 a robot circles around its own goal. Smaller: encounters near the waypoint are noticed later.
-"""
+Larger: above 1 a robot circles around its own goal. Smaller: encounters near the waypoint are noticed later."""
 
 SAME_DIRECTION_COSINE: Final = 0.7
-"""[1] Robots whose directions have a larger cosine than this follow or overtake each other: no encounter.
-
-Larger: converging robots form traffic circles. Smaller: crossing robots no longer do.
-"""
+"""[1] Robots whose directions have a larger cosine than this follow or overtake each other: no encounter. Larger:
+converging robots form traffic circles. Smaller: crossing robots no longer do."""
 
 CIRCLE_ROOM: Final = 1.2
 """[1] Radius of a traffic circle as a share of the radius on which its robots fit side by side (CIRCLE_SPACING).
-
-Larger: a longer way around it. Smaller: robots block each other on it (docs/design/0008).
-"""
+Larger: a longer way around it. Smaller: robots block each other on it (docs/design/0008)."""
 
 CIRCLE_SPACING: Final = 2.2
-"""[1] Length of a traffic circle per robot, as a multiple of its radius: one diameter and a tenth.
-
-Larger: a longer way around. Below 2: robots on the circle overlap.
-"""
+"""[1] Length of a traffic circle per robot, as a multiple of its radius: one diameter and a tenth. Larger: a longer way
+around. Below 2: robots on the circle overlap."""
 
 CIRCLE_OWN_RADIUS: Final = 0.5
-"""[1] Share of a robot's own radius that is added to the radius of a traffic circle fitted to others.
-
-Larger: longer ways. Smaller: a large robot cuts into the circle of small ones.
-"""
+"""[1] Share of a robot's own radius that is added to the radius of a traffic circle fitted to others. Larger: longer
+ways. Smaller: a large robot cuts into the circle of small ones."""
 
 CIRCLE_DRIFT: Final = 0.05
-"""[1] Share of the way to the mean position of its robots by which the centre of a traffic circle moves in one step.
-
-It holds while the number of robots does not grow. Larger: the centre follows each robot that joins, and robots leave
-too early. Smaller: the centre stays at the first encounter, beside the later ones.
-"""
+"""[1] Share of the way to the mean position of its robots by which the centre of a traffic circle moves in one step. It
+holds while the number of robots does not grow. Larger: the centre follows each robot that joins, and robots leave too
+early. Smaller: the centre stays at the first encounter, beside the later ones."""
 
 CIRCLE_SPEED: Final = 0.1
 """[1] Share of its maximum speed above which a robot within a traffic circle is counted even if it moves outwards.
-
-Larger: slow robots on the circle are not counted. Smaller: robots at rest within it are.
-"""
+Larger: slow robots on the circle are not counted. Smaller: robots at rest within it are."""
 
 CIRCLE_CENTRE: Final = 1e-6
-"""[m] A robot nearer than this to the centre of a traffic circle has no tangent, and moves to its waypoint.
-
-Larger: more robots lose their circle. Smaller: the direction of the tangent is rounding.
-"""
+"""[m] A robot nearer than this to the centre of a traffic circle has no tangent, and moves to its waypoint. Larger:
+more robots lose their circle. Smaller: the direction of the tangent is rounding."""
 
 CIRCLE_TOLERANCE: Final = 0.5
-"""[m] Tolerance of targets on the tangent of a traffic circle. They move on at each step, so none is driven to.
-
-Larger: a robot may count such a target as reached and slow down. Smaller: nothing changes.
-"""
+"""[m] Tolerance of targets on the tangent of a traffic circle. They move on at each step, so none is driven to. Larger:
+a robot may count such a target as reached and slow down. Smaller: nothing changes."""
 
 CIRCLE_PATIENCE: Final = 1.0
-"""[s] A robot that has been blocked for longer leaves its traffic circle and moves to its waypoint.
-
-Larger: robots block each other on circles for longer. Smaller: robots leave circles that would have worked.
-"""
+"""[s] A robot that has been blocked for longer leaves its traffic circle and moves to its waypoint. Larger: robots
+block each other on circles for longer. Smaller: robots leave circles that would have worked."""
 
 TANGENT_DISTANCE: Final = 2.0
-"""[1] Least distance of a target on the tangent of a traffic circle, as a multiple of the radius of the circle.
-
-Larger: no gain. Smaller: a robot near the circle brakes for its target.
-"""
+"""[1] Least distance of a target on the tangent of a traffic circle, as a multiple of the radius of the circle. Larger:
+no gain. Smaller: a robot near the circle brakes for its target."""
 
 WAYPOINT_TOLERANCE: Final = 0.1
-"""[1] A waypoint before the goal is reached within this share of the robot's radius.
-
-Larger: robots rest beside waypoints that count as reached, without sight of the next one. Smaller: no gain.
-"""
-
-KEEP_RIGHT_TIME: Final = 8.0
-"""[s] In a periodic world a robot passes frontal robots on the right if it encounters them within this time.
-
-Larger: robots turn aside early, for encounters that others prevent. Smaller: they turn aside sharply.
-"""
-
-KEEP_RIGHT_COSINE: Final = 0.8
-"""[1] Least cosine of the angle between a robot's direction and that from which a frontal robot approaches.
-
-Larger: only robots straight ahead are passed on the right. Smaller: robots that cross are passed too.
-"""
+"""[1] A waypoint before the goal is reached within this share of the robot's radius. Larger: robots rest beside
+waypoints that count as reached, without sight of the next one. Smaller: no gain."""
 
 
 @kernel
-def put_nearest_images(i: int, robots: GuidanceState, rows: RobotRows) -> None:
-    """Move all robots in `rows` to their periodic images nearest to robot i."""
-    for k in range(len(robots.radius)):
-        x, y = nearest_image(i, k, robots)
-        rows.columns[0, k] = robots.position[i, 0] + x
-        rows.columns[1, k] = robots.position[i, 1] + y
-
-
-@kernel
-def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: RobotRows, found: Array) -> int:
+def predicted_encounters(i: int, robots: GuidanceState, rows: RobotRows, found: Array) -> int:
     """Number of encounters of robot i, on its straight path at full speed, with robots at constant velocity.
 
     found (n, 4) gets a row for each, in the order of time: time [s], midpoint x, y [m], radius of the other [m].
-    frontal: least cosine of the angle between the direction of robot i and that from which the other approaches.
     """
     px = robots.position[i, 0]
     py = robots.position[i, 1]
@@ -287,8 +227,6 @@ def predicted_encounters(i: int, frontal: float, robots: GuidanceState, rows: Ro
             continue
         # A robot in the same direction is followed or overtaken.
         if vx * dx + vy * dy > SAME_DIRECTION_COSINE * np.sqrt(vx * vx + vy * vy):
-            continue
-        if -(mx * dx + my * dy) < frontal * np.sqrt(square):
             continue
         found[count, 0] = time
         found[count, 1] = px + time * speed * dx + 0.5 * nx
@@ -434,7 +372,7 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
             # The robot is blocked on its circle.
             circle[:] = 0.0
             continue
-        count = predicted_encounters(i, -1.0, robots, rows, found)
+        count = predicted_encounters(i, robots, rows, found)
         if count > 0:
             circle_around(robots.radius[i], found, count, fresh)
             x = fresh[0] - robots.position[i, 0]
@@ -449,24 +387,6 @@ def update_targets(order: Indices, robots: GuidanceState) -> None:
             else:
                 copy_into(robots.target[i], robots.waypoint[i])
                 circle[:] = 0.0
-
-
-@vectorized
-def keep_right(robots: GuidanceState) -> None:
-    """Set the target of each robot in a periodic world: the goal, or a point to the right of the next frontal robot.
-
-    Circles of more robots are of no use there: encounters never end.
-    """
-    n = len(robots.radius)
-    found = np.empty((n, 4))
-    circle = np.zeros(4)
-    rows = robot_rows(robots.position, robots.velocity, robots.radius, robots.present)
-    for i in range(n):
-        copy_into(robots.target[i], robots.goal[i])
-        put_nearest_images(i, robots, rows)
-        if predicted_encounters(i, KEEP_RIGHT_COSINE, robots, rows, found) > 0 and found[0, 0] < KEEP_RIGHT_TIME:
-            circle_around(robots.radius[i], found, 1, circle)
-            tangent_target(i, robots, circle, robots.target[i])
 
 
 @kernel

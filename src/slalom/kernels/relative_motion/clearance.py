@@ -22,16 +22,12 @@ from slalom.kernels.jit import kernel
 from slalom.kernels.relative_motion.segments import put_chord_distances
 
 NEWTON_STEPS: Final = 6
-"""[1] Most steps of Newton's method towards the deepest time of a ball; it converges quadratically.
-
-Larger: never needed. Smaller: elements are less deep, and the exchange takes longer.
-"""
+"""[1] Most steps of Newton's method towards the deepest time of a ball; it converges quadratically. Larger: never
+needed. Smaller: elements are less deep, and the exchange takes longer."""
 
 NEWTON_ACCURACY: Final = 1e-4
-"""[1] Share of a segment below which a Newton step ends the search.
-
-Larger: elements are less deep. Smaller: a step more that changes only rounding.
-"""
+"""[1] Share of a segment below which a Newton step ends the search. Larger: elements are less deep. Smaller: a step
+more that changes only rounding."""
 
 
 @kernel

@@ -25,9 +25,7 @@ from slalom.kernels.jit import inlined, kernel, squared, vectorized
 
 KEPT_ROBOT_MOTIONS: Final = 8
 """[1] Parts of a robot's own motion that are kept from one body to the next, since bodies are often cut at equal times.
-
-Larger: longer lists are searched, most of them without a match. Smaller: the same parts are computed again.
-"""
+Larger: longer lists are searched, most of them without a match. Smaller: the same parts are computed again."""
 
 
 @kernel
@@ -308,7 +306,6 @@ def put_chord_distances(table: Segments, u: Array, gaps: Array) -> None:
     chord_distances(points, table.gains, 0.0, 0.0, 0.0, gaps)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Broad phase of a choice: the segments on which a control within some distance of a given one can collide.
 #
 # During a segment, a change of the control by r moves the robot by at most r times the largest gain of that segment.

@@ -190,7 +190,6 @@ def take(queue: Array) -> int:
     return first
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The admissible set: its control nearest to a given one.
 #
 # `limits` (n, 5) are boundaries as in `geometry.boundaries`: balls and half-spaces to stay inside.
@@ -224,7 +223,6 @@ def distance_from_center(limits: Array, b: int, u: Array) -> float:
     return float(np.sqrt(squared(u[0] - limits[b, 1]) + squared(u[1] - limits[b, 2]) + squared(u[2] - limits[b, 3])))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Candidates for the nearest free control in space: points of single boundaries, and of curves in which two meet.
 #
 # The nearest point of "admissible and outside the working set" is the preferred control, its projection on a boundary,
@@ -239,10 +237,8 @@ def distance_from_center(limits: Array, b: int, u: Array) -> float:
 
 
 SQUARED_DISTANCE_SLACK: Final = 1e-7
-"""[1] Share by which a squared distance may be too small by rounding, as that of a nearly tangent intersection.
-
-Larger: more candidates that were rejected already are examined again. Smaller: rounding loses a candidate.
-"""
+"""[1] Share by which a squared distance may be too small by rounding, as that of a nearly tangent intersection. Larger:
+more candidates that were rejected already are examined again. Smaller: rounding loses a candidate."""
 
 
 class View(NamedTuple):

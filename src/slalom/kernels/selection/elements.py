@@ -20,40 +20,28 @@ from slalom.kernels.geometry.polygons import smallest_ball
 from slalom.kernels.jit import kernel, squared
 
 ELEMENT_SPAN: Final = 0.25
-"""[1] First half width, as a share of a segment, of the span of time that one element of a hull covers.
-
-Larger: fewer, larger elements, more of them rejected. Smaller: more elements.
-"""
+"""[1] First half width, as a share of a segment, of the span of time that one element of a hull covers. Larger: fewer,
+larger elements, more of them rejected. Smaller: more elements."""
 
 ELEMENT_HALVINGS: Final = 24
-"""[1] How often that width is halved before the element at a single time is taken.
-
-Larger: more work where nothing fits. Smaller: sharp corners need more elements.
-"""
+"""[1] How often that width is halved before the element at a single time is taken. Larger: more work where nothing
+fits. Smaller: sharp corners need more elements."""
 
 ELEMENT_DEPTH: Final = 0.7
-"""[1] An element over a span must hold the control at least this share as deep as the element at one time.
-
-Larger: shorter spans. Smaller: elements that reject little else.
-"""
+"""[1] An element over a span must hold the control at least this share as deep as the element at one time. Larger:
+shorter spans. Smaller: elements that reject little else."""
 
 ELEMENT_RADIUS: Final = 0.25
-"""[1] And at least this share of its own radius deep.
-
-Larger: shorter spans. Smaller: elements of which the control is hardly inside.
-"""
+"""[1] And at least this share of its own radius deep. Larger: shorter spans. Smaller: elements of which the control is
+hardly inside."""
 
 SAG_SHARE: Final = 0.25
-"""[1] A sag below this share of CONTACT is taken off the radius instead of shrinking the corners.
-
-Larger: elements are a little smaller than needed. Smaller: more corners are shrunk for nothing.
-"""
+"""[1] A sag below this share of CONTACT is taken off the radius instead of shrinking the corners. Larger: elements are
+a little smaller than needed. Smaller: more corners are shrunk for nothing."""
 
 ELEMENT_GAIN: Final = 1e-9
-"""[1] (unit of the response) Below this gain the corners of a hull have no image in control space.
-
-Larger: early spans have no elements. Smaller: images of corners overflow.
-"""
+"""[1] (unit of the response) Below this gain the corners of a hull have no image in control space. Larger: early spans
+have no elements. Smaller: images of corners overflow."""
 
 
 @kernel
@@ -251,7 +239,7 @@ def corner_sag(moving: MovingHull, gain: Array, far: float, a: float, b: float) 
 
 @kernel
 def bend(x: Array, y: Array, a: float, b: float) -> float:
-    """Largest distance of the plane cubic with control values x, y from its chord over [a, b], see `chord_gaps`."""
+    """Largest distance of the plane cubic with control values x, y from its chord over [a, b]."""
     x0, x1, x2, x3 = restrict(x[0], x[1], x[2], x[3], a, b)
     y0, y1, y2, y3 = restrict(y[0], y[1], y[2], y[3], a, b)
     e = squared(x1 - (2.0 * x0 + x3) / 3.0) + squared(y1 - (2.0 * y0 + y3) / 3.0)

@@ -4,7 +4,7 @@ Exchange of elements. The working set holds the boundaries of the admissible set
 It also holds temporal elements, at first none: balls and, in the plane, rounded convex polygons, to stay outside. The
 nearest point of "admissible and outside the working set" is among finitely many critical points. These are the
 preferred control, its projections on single boundaries, and the nearest points of intersections of two of them; for
-space see `candidates_in_space`. The boundaries of a rounded polygon are circles and lines. A heap orders the points by
+space see `propose_in_space`. The boundaries of a rounded polygon are circles and lines. A heap orders the points by
 distance. The nearest one that is admissible and outside all elements is tested in the workspace, for all time. If it
 collides, the element of a worst violation joins the working set, which rejects it from then on.
 
@@ -71,15 +71,12 @@ from slalom.kernels.selection.candidates import (
 )
 from slalom.kernels.selection.elements import hull_element, nearest_ball
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The segment that rejects a control, and the place on it: the step that decides whether a control is free.
 
 
 SMALLEST_GAIN: Final = 1e-14
-"""Control obstacles start where the gain exceeds this (unit of the response: s, s^2, s^3).
-
-Below it the control has no effect yet: a collision there is an overlap at the start, which is a status of its own.
-"""
+"""Control obstacles start where the gain exceeds this (unit of the response: s, s^2, s^3). Below it the control has no
+effect yet: a collision there is an overlap at the start, which is a status of its own."""
 
 
 @inlined
@@ -166,44 +163,30 @@ def deepest_violation(table: Segments, hulls: MaybeHulls, u: Array, work: Worksp
     return worst
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# The exact choice: the admissible control nearest to the preferred one that collides with nothing.
-
-
 CULLING_FACTOR: Final = 1.3
-"""[1] Segments are copied on which controls within this many times the candidate's distance may collide.
-
-Smaller: fewer segments are copied and tested, and copying happens more often. Results do not depend on it.
-"""
+"""[1] Segments are copied on which controls within this many times the candidate's distance may collide. Smaller: fewer
+segments are copied and tested, and copying happens more often. Results do not depend on it."""
 
 CULLING_SHARE: Final = 0.06
-"""[1] To that radius this share of the distance of the farthest admissible control is added.
-
-Smaller: as for CULLING_FACTOR, for candidates near the centre. Results do not depend on it.
-"""
+"""[1] To that radius this share of the distance of the farthest admissible control is added. Smaller: as for
+CULLING_FACTOR, for candidates near the centre. Results do not depend on it."""
 
 CONTACT_SHARE: Final = 0.25
-"""[1] Share of CONTACT by which a control in space may lie inside an element and count as outside.
-
-Candidates are computed with rounding that grows with the distance and size of elements. Larger than 1: the element that
-rejected a control does not exclude it. Much smaller: rounding excludes free controls.
-"""
+"""[1] Share of CONTACT by which a control in space may lie inside an element and count as outside. Candidates are
+computed with rounding that grows with the distance and size of elements. Larger than 1: the element that rejected a
+control does not exclude it. Much smaller: rounding excludes free controls."""
 
 WORK_CURVE: Final = 30
-"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary.
-
-Larger than its true time: choices with many elements end earlier. Smaller: they may take longer than stated.
-"""
+"""[1] Work of a curve in which two boundaries in space meet, in comparisons of a control with a boundary. Larger than
+its true time: choices with many elements end earlier. Smaller: they may take longer than stated."""
 
 WORK_POINT: Final = 100
 """[1] Work of a candidate in space besides its comparisons with boundaries: see WORK_CURVE."""
 
 MOST_WORK_IN_SPACE: Final = 4_000_000
-"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: 10 to 25 ms.
-
-Reaching it is a status (UNDECIDED), never an answer. Larger: a choice among hundreds of obstacles may take longer.
-Smaller: more choices end undecided.
-"""
+"""[1] Most work of one choice in space, in comparisons of a control with a boundary or a segment: 10 to 25 ms. Reaching
+it is a status (UNDECIDED), never an answer. Larger: a choice among hundreds of obstacles may take longer. Smaller: more
+choices end undecided."""
 
 WORK_PAIR: Final = 10
 """[1] Work of the points in which two boundaries in the plane meet: see WORK_CURVE."""
@@ -212,12 +195,9 @@ WORK_SPAN: Final = 100
 """[1] Work of a span of time that is bisected in the search for contacts with a hull: see WORK_CURVE."""
 
 MOST_WORK_IN_PLANE: Final = 40_000_000
-"""[1] Most work of one choice in the plane, in comparisons: about a second.
-
-Reaching it is a status (UNDECIDED), never an answer. Elements cover spans in proportion to the root of CONTACT and the
-lengths, so bodies beyond 100 km take thousands. Larger: decisions among these take longer. Smaller: choices among small
-bodies end undecided.
-"""
+"""[1] Most work of one choice in the plane, in comparisons: about a second. Reaching it is a status (UNDECIDED), never
+an answer. Elements cover spans in proportion to the root of CONTACT and the lengths, so bodies beyond 100 km take
+thousands. Larger: decisions among these take longer. Smaller: choices among small bodies end undecided."""
 
 
 SAFE = 0
@@ -397,7 +377,6 @@ def cut_off(
     return boundaries, polygons, count + 1
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Many choices in one call: the same obstacles, each robot in its own state.
 
 

@@ -39,7 +39,6 @@ from slalom.kernels.sequence_search.tree import (
     time_to_goal,
 )
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Test of a motion against the space-time index, and sequences of two accelerations that end at the goal.
 
 
@@ -47,40 +46,28 @@ WORK_STRETCH: Final = 3.0
 """[us] Counted for each stretch of a motion that is tested: see WORK_NODE."""
 
 COAST_ATTEMPTS: Final = 100
-"""[1] Arrival times that are tried for passing the goal after one acceleration and coasting.
-
-More: slower where the goal is beside the course of a fast robot. Fewer: arrivals that need a later time are missed.
-"""
+"""[1] Arrival times that are tried for passing the goal after one acceleration and coasting. More: slower where the
+goal is beside the course of a fast robot. Fewer: arrivals that need a later time are missed."""
 
 COAST_STEP: Final = 0.25
-"""[1] Share of a period between these arrival times.
-
-Larger: later arrivals. Smaller: COAST_ATTEMPTS cover less time.
-"""
+"""[1] Share of a period between these arrival times. Larger: later arrivals. Smaller: COAST_ATTEMPTS cover less
+time."""
 
 LATER: Final = 1.5
-"""[1] Ratio of these shares for one arrival time to that for the last one, where a bound is broken.
-
-Larger: later arrivals. Smaller: more tests where no arrival obeys the bound.
-"""
+"""[1] Ratio of these shares for one arrival time to that for the last one, where a bound is broken. Larger: later
+arrivals. Smaller: more tests where no arrival obeys the bound."""
 
 LONGER: Final = 1.2
-"""[1] Ratio of the next number of periods to the last one, where a bound is broken.
-
-Larger: smaller accelerations than the bounds allow. Smaller: more tests.
-"""
+"""[1] Ratio of the next number of periods to the last one, where a bound is broken. Larger: smaller accelerations than
+the bounds allow. Smaller: more tests."""
 
 BRAKE_STEPS: Final = 2.0
-"""[1] Steps that accelerating, and then braking to a stop at the goal, may each take at most.
-
-Larger: stops at distant goals are found at once, in more tests. Smaller: only from nodes near the goal.
-"""
+"""[1] Steps that accelerating, and then braking to a stop at the goal, may each take at most. Larger: stops at distant
+goals are found at once, in more tests. Smaller: only from nodes near the goal."""
 
 EARLIER_ARRIVAL: Final = 0.5
-"""[1] Share of a period by which a new arrival must precede the best one.
-
-Arrivals are whole periods apart, but for rounding. Larger than 1: arrivals one period earlier are missed.
-"""
+"""[1] Share of a period by which a new arrival must precede the best one. Arrivals are whole periods apart, but for
+rounding. Larger than 1: arrivals one period earlier are missed."""
 
 
 @kernel
@@ -303,9 +290,6 @@ def steer_to_goal(
     return add_node(tree, j, start + hold + rest, end, end_velocity, second, 0.0, ARRIVED)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Best-first search over sequences of accelerations that are clear of all moving bodies.
-#
 # From each node the exact selection runs for several candidate accelerations. They are coasting, braking, moving
 # towards the goal, and full acceleration in all directions. Each leads to a node one step later. Before that,
 # `steer_to_goal` tries to end the sequence. Work is counted in microseconds of a usual machine instead of measured:
@@ -319,27 +303,21 @@ FEW_CANDIDATES: Final = 5_000
 """[1] Most candidate controls in such a choice. Larger: a search finds more free controls and takes longer."""
 
 WORK_NODE: Final = 8.0
-"""[us] Counted for the expansion of a node of a search over sequences, without its bodies and candidates.
-
-The counts stand for times on a usual machine (benchmarks/crossings.py compares them). Larger than the true time:
-searches end earlier than their budget. Smaller: they take longer than it.
-"""
+"""[us] Counted for the expansion of a node of a search over sequences, without its bodies and candidates. The counts
+stand for times on a usual machine (benchmarks/crossings.py compares them). Larger than the true time: searches end
+earlier than their budget. Smaller: they take longer than it."""
 
 WORK_CANDIDATE: Final = 0.6
 """[us] Counted for the test of one candidate acceleration: see WORK_NODE."""
 
 MOST_CUTS: Final = 6
-"""[1] Half-spaces of bounds that are added for one candidate, after which it is dropped.
-
-Larger: more candidates obey bounds, for more choices. Smaller: robots with several bounds have fewer sequences.
-"""
+"""[1] Half-spaces of bounds that are added for one candidate, after which it is dropped. Larger: more candidates obey
+bounds, for more choices. Smaller: robots with several bounds have fewer sequences."""
 
 SPARE_NODES: Final = 8
-"""[1] Nodes that are kept free, besides one for each direction, when a search is cut because its tree is full.
-
-One expansion adds three more nodes than there are directions, and steering to the goal two. Fewer than that: the tree
-overflows. More: it is cut earlier.
-"""
+"""[1] Nodes that are kept free, besides one for each direction, when a search is cut because its tree is full. One
+expansion adds three more nodes than there are directions, and steering to the goal two. Fewer than that: the tree
+overflows. More: it is cut earlier."""
 
 
 @kernel

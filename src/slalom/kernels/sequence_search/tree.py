@@ -23,22 +23,16 @@ from slalom.kernels.sequence_search.tables import (
 )
 
 TIME_CELLS_PER_STEP: Final = 2.0
-"""[1] Cells of time per step of a search over sequences; the tree keeps one node for each cell.
-
-Larger: more nodes that are nearly the same. Smaller: nodes at different times exclude each other.
-"""
+"""[1] Cells of time per step of a search over sequences; the tree keeps one node for each cell. Larger: more nodes that
+are nearly the same. Smaller: nodes at different times exclude each other."""
 
 CELLS_PER_STEP: Final = 4.0
-"""[1] Cells of position per distance at maximum speed during one step; the tree keeps one node for each cell.
-
-Larger: more nodes that are nearly the same. Smaller: sequences through narrow gaps are missed.
-"""
+"""[1] Cells of position per distance at maximum speed during one step; the tree keeps one node for each cell. Larger:
+more nodes that are nearly the same. Smaller: sequences through narrow gaps are missed."""
 
 CELLS_PER_MAX_SPEED: Final = 5.0
-"""[1] Cells of velocity per maximum speed; the tree keeps one node for each cell.
-
-Larger: more nodes that are nearly the same. Smaller: nodes with different velocities exclude each other.
-"""
+"""[1] Cells of velocity per maximum speed; the tree keeps one node for each cell. Larger: more nodes that are nearly
+the same. Smaller: nodes with different velocities exclude each other."""
 
 
 @kernel
@@ -133,7 +127,6 @@ def descends(tree: SearchTree, i: int, root: int) -> bool:
     return bool(i == root)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Queries of the space-time index: pieces of bodies near a point during an interval, and their relative motion.
 
 
@@ -207,16 +200,12 @@ def relative_rows(
     return table, hulls_at(index.hulls, rows, cut.turns)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Bounds on velocity and acceleration along a motion with a constant acceleration.
 
 
 CUT_RESERVE: Final = 0.02
-"""[1] Share of the excess over a bound by which a cut is tighter than the bound.
-
-The bound turns with the velocity, so the cut is not exact. Larger: candidates use less of a bound. Smaller: they need
-more cuts.
-"""
+"""[1] Share of the excess over a bound by which a cut is tighter than the bound. The bound turns with the velocity, so
+the cut is not exact. Larger: candidates use less of a bound. Smaller: they need more cuts."""
 
 WORK_PERIOD: Final = 0.1
 """[us] Counted for the test of the bounds at the start of one period, see `search.WORK_NODE`."""

@@ -14,9 +14,7 @@ from slalom.kernels.vehicle.wheels import REST_WAY, Hull, Wheels
 
 NOT_NEARER = 0.003
 """[1] How much nearer than if it stayed a vehicle may come to what counts only while it moves, in sizes of its body.
-
-Larger: nearer by that much in each decision. Smaller: rounding of its motion counts as approach.
-"""
+Larger: nearer by that much in each decision. Smaller: rounding of its motion counts as approach."""
 
 
 @kernel
@@ -257,7 +255,6 @@ def first_contact(samples: Array, step: float, rest: float, hull: Hull, bodies: 
     return first
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The dynamic window (Fox, Burgard and Thrun 1997): motions that hold a speed and a turn, and then brake to rest.
 
 

@@ -26,23 +26,18 @@ UP_TO = (NODES[:, None] ** np.arange(1.0, 6.0) / np.arange(1.0, 6.0)) @ np.linal
 """[1] Weights (5, 5) of the integrals up to each node."""
 
 TURN_STEPS: Final = 20
-"""[1] Most steps of Newton's method for the turn in a period. It converges in 3 to 5.
-
-Larger: never needed. Smaller: the velocity at the end of a period is not the commanded one.
-"""
+"""[1] Most steps of Newton's method for the turn in a period. It converges in 3 to 5. Larger: never needed. Smaller:
+the velocity at the end of a period is not the commanded one."""
 
 STEEPEST_COURSE: Final = 1.4
 """[rad] Largest angle between the heading of a bicycle and the velocity that its steering aims at, below pi / 2.
-
-Larger: steering angles close to a right angle. Smaller: a very long steered point ahead of the front axle is not used.
-"""
+Larger: steering angles close to a right angle. Smaller: a very long steered point ahead of the front axle is not
+used."""
 
 
 FEEDBACK_TIME: Final = 0.4
 """[s] T, in which the error of a vehicle from its plan falls by 63 %, in addition to its lag; at least the period.
-
-Longer: the vehicle is longer off its plan. Shorter: noise of measured poses turns it, by noise / (T lever) [rad/s].
-"""
+Longer: the vehicle is longer off its plan. Shorter: noise of measured poses turns it, by noise / (T lever) [rad/s]."""
 
 
 @kernel
@@ -327,7 +322,6 @@ def put_rates(w: Wheels, m: Array, row: Array) -> None:
     row[5] = turn_rate(w, m[3], m[4])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Motions of vehicles along ways: arcs of one curvature, between which they stop, steer on, or turn on the spot.
 #
 # Let e be the distance of the axle from an arc, to the left, and f the heading relative to it; the driven distance is
@@ -336,31 +330,23 @@ def put_rates(w: Wheels, m: Array, row: Array) -> None:
 
 
 FEEDBACK_WAY: Final = 0.5
-"""[1] The least distance l in which errors fall, in wheelbases or tracks.
-
-Longer: wider errors. Shorter: rough steering.
-"""
+"""[1] The least distance l in which errors fall, in wheelbases or tracks. Longer: wider errors. Shorter: rough
+steering."""
 
 FEEDBACK_SECONDS: Final = 0.6
 """[s] The distance l in seconds of driving. As of FEEDBACK_WAY."""
 
 STEERED: Final = 0.02
 """[1] A vehicle that changes its direction starts when its steering is as near to that of the arc, in shares of it.
-
-Larger: it leaves the arc. Smaller: it stands longer.
-"""
+Larger: it leaves the arc. Smaller: it stands longer."""
 
 ENDED: Final = 0.002
 """[1] An arc is driven up to this distance from its end, in wheelbases or tracks; turns on the spot up to this in rad.
-
-Larger: vehicles end farther from their goals. Smaller: they creep longer.
-"""
+Larger: vehicles end farther from their goals. Smaller: they creep longer."""
 
 OFF_BY: Final = 0.005
-"""[1] Error that steering into the next arc may make, in wheelbases or tracks: a limit of the speed there.
-
-Larger: faster, farther from the way. Smaller: slower.
-"""
+"""[1] Error that steering into the next arc may make, in wheelbases or tracks: a limit of the speed there. Larger:
+faster, farther from the way. Smaller: slower."""
 
 BRAKING: Final = 0.8
 """[1] Share of the largest acceleration with which a vehicle on a way brakes. The rest is for errors."""

@@ -8,10 +8,8 @@ REST_WAY: Final = 1e-9
 """[m] A part of a motion in which no point of a body moves farther than this is at rest. Rounding is far smaller."""
 
 CREEPING: Final = 1e-3
-"""[m/s] A bicycle that is to be slower than this keeps its steering angle.
-
-Larger: it leaves the place where it stops with the wrong course. Much smaller: rounding of the velocity steers.
-"""
+"""[m/s] A bicycle that is to be slower than this keeps its steering angle. Larger: it leaves the place where it stops
+with the wrong course. Much smaller: rounding of the velocity steers."""
 
 
 class Wheels(NamedTuple):

@@ -101,7 +101,6 @@ class LaggedVelocity(TimeInvariant):
         return (affine(np.zeros(state.dimension), np.array(1.0)),)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Responses to an acceleration: held without end, or held and followed by constant velocity.
 
 
@@ -167,7 +166,6 @@ class AccelerateThenCoast(_Held):
         return with_break(horizon, self.hold)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Responses to an acceleration that is held and followed by a stop.
 
 
@@ -261,7 +259,6 @@ class AccelerateThenBrake(_Stopping):
         return np.concatenate([[0.0], inner[inner < horizon], [horizon]])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Response to an acceleration that is held and followed by a turn.
 
 
@@ -326,7 +323,6 @@ class AccelerateThenTurn(_Held):
         return self.acceleration_at(state, 0.0), self.acceleration_at(state, self.hold)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Response to a jerk.
 
 
@@ -370,7 +366,6 @@ class Jerk:
         return (self.acceleration(state, horizon),)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Response that continues with a fixed sequence of accelerations.
 
 

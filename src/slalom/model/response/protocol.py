@@ -114,7 +114,6 @@ def with_break(horizon: float, at: float) -> Array:
     return np.array([0.0, at, horizon]) if 0.0 < at < horizon else np.array([0.0, horizon])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Base of responses that start from position and velocity alone: tables that do not depend on the state.
 
 
@@ -234,7 +233,6 @@ def _read_only(values: Array) -> Array:
     return values
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Position maps of responses as cubic pieces, fine enough for the controls for which they are used.
 
 

@@ -126,7 +126,6 @@ class ConstantAcceleration(_Quadratic):
         return float(np.linalg.norm(self.initial_acceleration))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Piecewise polynomials of any degree, as drone planners produce them.
 
 
@@ -350,7 +349,6 @@ def _bernstein(coefficients: Array, begin: Array, width: Array) -> Array:
     return np.asarray(np.einsum("ij,pejd->peid", change, scaled))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Circular motion at constant speed.
 
 
@@ -438,17 +436,14 @@ class Circular(Endless):
         return hermite(times, self._on_circle(times, 1, side), self._on_circle(times, 2, side * self.rate), error)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Trajectories through time-stamped positions.
 
 
 INTERPOLATIONS: Final = ("linear", "smooth")
 
 LONG_PIECE: Final = 10.0
-"""[1] A smooth piece that is longer than this many times the shorter one beside it is straight.
-
-Larger: the velocity before a gap carries the position far past its last stamp. Smaller: the velocity jumps more often.
-"""
+"""[1] A smooth piece that is longer than this many times the shorter one beside it is straight. Larger: the velocity
+before a gap carries the position far past its last stamp. Smaller: the velocity jumps more often."""
 
 
 @dataclass(frozen=True, eq=False)

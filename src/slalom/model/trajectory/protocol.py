@@ -74,17 +74,14 @@ class Endless:
         return np.empty(0)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Directions of motion along a trajectory, as cubic pieces with a certified error.
 #
 # They give the heading of bodies that turn with their motion.
 
 
 STANDING: Final = 1e-3
-"""[s] Turns of the heading within less time than this are not resolved: the body turns about on the spot.
-
-For that long it counts as the disc about its position that holds it. Smaller: more pieces where speed vanishes.
-"""
+"""[s] Turns of the heading within less time than this are not resolved: the body turns about on the spot. For that long
+it counts as the disc about its position that holds it. Smaller: more pieces where speed vanishes."""
 
 
 @runtime_checkable

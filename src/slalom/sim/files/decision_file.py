@@ -44,7 +44,6 @@ from slalom.sim.files.schema import GoalSpec, HalfSpaceSpec, HeadingModel, known
 from slalom.sim.files.yaml_errors import in_order, messages
 from slalom.sim.scenario import unfit_times
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Models of the files of decisions, see `slalom.decision.document`.
 
 
@@ -246,15 +245,9 @@ class DecisionSpec(Model):
         return DecisionInputs(**values | {"navigator": navigator})
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Reader of files of decisions, and their repetition.
-
-
 JSON_LINES: Final = 200_000
-"""[B] Size of the file of a decision up to which a reader of YAML finds the lines of mistakes.
-
-Larger: it takes seconds to refuse a large file. Smaller: messages of more files name line 1.
-"""
+"""[B] Size of the file of a decision up to which a reader of YAML finds the lines of mistakes. Larger: it takes seconds
+to refuse a large file. Smaller: messages of more files name line 1."""
 
 
 class DecisionFile(NamedTuple):

@@ -35,7 +35,6 @@ from slalom.model.shape import SHAPES, Shape
 from slalom.model.trajectory import TRAJECTORIES, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES, Uncertainty
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Types and base classes of the models of scenario and study files.
 
 
@@ -124,10 +123,6 @@ def _models_of(field: FieldInfo, content: Any) -> Iterator[type[Model]]:
             yield item
         elif isinstance(item, ModelByContent) and (model := item.model_of(content)) is not None:
             yield model
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Models of trajectories, shapes, bounds and uncertainties, derived from their classes and registries.
 
 
 NUMBERS: Final[Mapping[Any, Any]] = {

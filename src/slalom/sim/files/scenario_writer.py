@@ -22,7 +22,7 @@ from slalom.obstacle import Obstacle
 from slalom.sim.measure.hdf5 import in_files
 from slalom.sim.scenario import Robot, Scenario, numbers_of
 
-NOT_IN_FILES = ("message_delay", "message_loss", "sight_noise", "sight_delay", "sight_loss")
+NOT_IN_FILES = ("sight_noise", "sight_delay", "sight_loss")
 """Settings that scenario files cannot hold."""
 
 
@@ -53,8 +53,6 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     content |= {} if scenario.guided else {"guided": False}
     content |= {"early": True} if scenario.early else {}
     content["holds"] = [float(hold) for hold in scenario.holds]
-    if scenario.period is not None:
-        content["period"] = [float(x) for x in scenario.period]
     end = scenario.start + scenario.duration + scenario.horizon
     robots = [_robot(robot, scenario.start, end) for robot in scenario.robots]
     content |= {"robot": robots[0]} if len(robots) == 1 else {"robots": robots}

@@ -22,7 +22,6 @@ from slalom.model.limits import HalfSpace, Limits
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import checked_period
 from slalom.sim.files.flows import robots_of_flows
 from slalom.sim.files.parts import Place, built
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
@@ -211,9 +210,6 @@ class _Parts(Mistakes):
         if spec and spec.walls is not None and d and (walls := self.walls(spec.walls, spec.walls_unit, d)):
             obstacles += walls.obstacles
             settings["notes"] = (*settings.get("notes", ()), *walls.notes)
-        if spec and spec.period is not None and d:
-            settings["period"] = period = tuple(spec.period)
-            self.attempt(("period",), lambda: checked_period(period, d, 0.0, "period"))
         times = (spec.duration, spec.dt, spec.replan, spec.horizon, spec.holds) if spec else None
         for name, mistake in unfit_times(*times) if times else ():
             self.note((name,), mistake)
@@ -223,8 +219,6 @@ class _Parts(Mistakes):
         for keys, robot in zip(written, robots):
             if robot is not None and robot.appears is not None and robot.appears < start:
                 self.note(keys.at("appears"), f"expected at least start = {start:g} s, found {robot.appears:g} s")
-            elif robot is not None and robot.appears is not None and robot.appears > start and spec.period:
-                self.note(("period",), f"expected none as {keys.name!r} appears after the start, found one")
         if self.mistakes:
             return None
         some = tuple(obstacle for obstacle in obstacles if obstacle is not None)

@@ -55,7 +55,6 @@ from slalom.sim.files.parts import (
 from slalom.sim.files.patterns import GOALS, LAYOUTS, generator
 from slalom.sim.files.yaml_errors import Mistakes
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Model of the recording in a scenario file, the agents of which are obstacles.
 
 
@@ -120,7 +119,6 @@ def number_or_text(text: str) -> float | str:
         return text
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Models of the robots and obstacles of scenario files: one for each mapping in them.
 
 
@@ -267,7 +265,6 @@ class ObstacleSpec(Shaped):
     trajectory: TrajectoryModel
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Model of a group of robots in a scenario file, and the robots that it stands for.
 
 
@@ -557,10 +554,6 @@ def _overrides(
     return found if len(mistakes.mistakes) == before else None
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Model of a scenario file.
-
-
 Areas = dict[str, LayoutModel]
 
 
@@ -606,7 +599,6 @@ class ScenarioSpec(_Decided):  # type: ignore[misc]  # derived
     occlusion: NotNegative = 0.0
     hidden_speed: NotNegative = 0.0
     passive_safety: NotNegative = 0.0
-    period: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=2, max_length=3)] | None = None
 
 
 class CasesSpec(Model):

@@ -146,18 +146,6 @@ _ENTRIES: Final = (
         "Twenty small slow robots cross a square from all sides, as in navground's Cross.",
     ),
     Entry(
-        "navground_cross_torus",
-        fleets.navground_cross_torus,
-        {"robots": 20.0, "side": 4.0, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
-        "Twenty small slow robots move in four directions in a periodic square, as in navground's CrossTorus.",
-    ),
-    Entry(
-        "navground_corridor",
-        fleets.navground_corridor,
-        {"robots": 20.0, "length": 8.0, "width": 0.6, "robot_radius": 0.08, "max_speed": 0.12, "max_acceleration": 0.2},
-        "Twenty small slow robots move in both directions in a periodic corridor, as in navground's Corridor.",
-    ),
-    Entry(
         "crowdnav",
         crowdnav,
         {"people": 5.0, "max_acceleration": 1.0},

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slalom.base.checks import Array, flag, not_negative, positive, whole
+from slalom.base.checks import flag, not_negative, positive, whole
 from slalom.base.errors import InvalidInput
 from slalom.io.pedestrians import Case
 from slalom.model.goal import Goal
@@ -17,11 +17,6 @@ from slalom.obstacle import Obstacle
 from slalom.sim.placement import equal_robots, on_circle, random_angles, random_positions, refuse_overlap
 from slalom.sim.scenario import Robot, Scenario
 
-GOAL_DISTANCE_FACTOR = 5.0
-"""[1] Distance of the goals over the largest travelled distance, see `robots_without_arrival`.
-
-Smaller: robots return to the lines on which they started.
-"""
 HOLDS = (0.5, 1.0, 2.0)
 """[s] Hold times of manoeuvres. Robots of a fleet decide often, so three hold times are sufficient."""
 
@@ -139,43 +134,6 @@ def navground_cross(p: Mapping[str, float], rng: np.random.Generator) -> Scenari
     return Scenario("navground_cross", robots, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS)
 
 
-def navground_cross_torus(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Build the experiment CrossTorus of navground: robots that move east, north, west and south in a periodic square.
-
-    All sizes are those of navground 0.7.0 (cross_torus.yaml). They are 20 robots of 0.08 m with a preferred speed of
-    0.12 m/s, and a side of 4 m. Initial gaps are 0.12 m; a run has 1000 steps of 0.1 s. Its robots have two wheels, no
-    acceleration limit and a horizon of 5 s; here the horizon is that of the other two experiments. No robot arrives:
-    see `robots_without_arrival`.
-    """
-    count, side = whole(p["robots"], "robots", 1), positive(p["side"], "side")
-    shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
-    period = (side, side)
-    starts = random_positions(count, (0.0, 0.0), period, 2.0 * shape.radius + 0.12, rng, period=period)
-    directions = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])[np.arange(count) % 4]
-    robots = robots_without_arrival(starts, directions, shape, limits, 100.0)
-    return Scenario(
-        "navground_cross_torus",
-        robots,
-        duration=100.0,
-        horizon=10.0,
-        margin=0.02,
-        holds=HOLDS,
-        period=period,
-    )
-
-
-def robots_without_arrival(
-    starts: Array, directions: Array, shape: Disc, limits: Limits, duration: float
-) -> tuple[Robot, ...]:
-    """Return equal robots that move from `starts` (n, 2) [m] in unit `directions` (n, 2) and never arrive.
-
-    The goals are at GOAL_DISTANCE_FACTOR times the distance that a robot can travel within the duration [s]. The
-    heading of a robot half a metre off its line therefore deviates by about half a degree.
-    """
-    goals = starts + GOAL_DISTANCE_FACTOR * duration * limits.max_speed * directions
-    return tuple(replace(r, goal=replace(r.goal, stop=False)) for r in equal_robots(starts, goals, shape, limits, 0.2))
-
-
 def cadrl(case: Case, max_acceleration: float = 2.0) -> Scenario:
     """Build a test case of gym-collision-avoidance (see `io.pedestrians`): discs at rest, limited to their preferred
     speed.
@@ -203,7 +161,6 @@ def cadrl(case: Case, max_acceleration: float = 2.0) -> Scenario:
     return Scenario("cadrl", robots, duration=float(duration), horizon=6.0, holds=HOLDS, parameters=parameters)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Gallery scenarios of several robots among walls.
 
 
@@ -226,29 +183,6 @@ def corridor_swap(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
     duration = 8.0 * half / limits.max_speed + 40.0
     return Scenario("corridor_swap", robots, obstacles, duration=duration, horizon=6.0, holds=HOLDS)
-
-
-def navground_corridor(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
-    """Build the experiment Corridor of navground: robots move alternately east and west in a periodic corridor.
-
-    All sizes are those of navground 0.7.0 (corridor.yaml). They are 20 robots of 0.08 m with a preferred speed of 0.12
-    m/s, and 8 m x 0.6 m. Initial gaps are 0.12 m; a run has 1000 steps of 0.1 s. Its robots have two wheels, no
-    acceleration limit and a horizon of 5 s. No robot arrives: see `fleets.robots_without_arrival`.
-    """
-    count, length = whole(p["robots"], "robots", 1), positive(p["length"], "length")
-    shape, limits = Disc(p["robot_radius"]), Limits(p["max_speed"], p["max_acceleration"])
-    width = positive(p["width"], "width")
-    edge = shape.radius + 0.02
-    period = (length, np.inf)
-    starts = random_positions(count, (0.0, edge), (length, width - edge), 2.0 * shape.radius + 0.12, rng, period=period)
-    directions = np.array([(1.0, 0.0), (-1.0, 0.0)])[np.arange(count) % 2]
-    robots = robots_without_arrival(starts, directions, shape, limits, 100.0)
-    sides = (-WALL, width + WALL)
-    walls = Union(tuple(Polyline([(0.0, y), (length, y)], WALL) for y in sides))
-    obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
-    return Scenario(
-        "navground_corridor", robots, obstacles, duration=100.0, horizon=10.0, margin=0.02, holds=HOLDS, period=period,
-    )  # fmt: skip
 
 
 def doorway(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:

@@ -217,7 +217,6 @@ def recorded_roundabout(p: Mapping[str, float], rng: np.random.Generator) -> Sce
     return Scenario("recorded_roundabout", (robot,), cars, start=p["at"], duration=45.0, horizon=8.0)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Test cases of CrowdNav: a robot crosses a circle among people, which avoid each other but not the robot.
 #
 # Chen, Liu, Kreiss and Alahi, ICRA 2019 (arXiv:1809.08835); numbers as in the code of the paper (vita-epfl/CrowdNav).

@@ -16,7 +16,6 @@ from slalom.base.checks import Array
 from slalom.kernels.arrays import Flags, Indices
 from slalom.model.trajectory import PiecewisePolynomial
 from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import between, displaced, neighbours, to_nearest
 from slalom.obstacle.pieces import outline_parts
 from slalom.sim.measure.recording import Recording, Which
 from slalom.sim.shape_distance import Pair, differences, lowest, pairs, segment_distance, signed
@@ -25,16 +24,12 @@ METRIC: Final = 1e-4
 """[m] Accuracy of recorded least clearances. Smaller: slower metrics; must stay below COLLISION."""
 
 DEPTH_RESOLUTION: Final = 1e-3
-"""[s] Shortest interval in the search for the recorded penetration depth of overlapping bodies.
-
-Larger: less depth is found. Smaller: slower metrics of runs with collisions.
-"""
+"""[s] Shortest interval in the search for the recorded penetration depth of overlapping bodies. Larger: less depth is
+found. Smaller: slower metrics of runs with collisions."""
 
 BLOCK_STEPS: Final = 16
-"""[1] Steps of a recording that one bounding ball covers in the broad phase of the clearance between robots.
-
-Larger: larger balls, so more steps are examined. Smaller: more balls. The clearance is the same.
-"""
+"""[1] Steps of a recording that one bounding ball covers in the broad phase of the clearance between robots. Larger:
+larger balls, so more steps are examined. Smaller: more balls. The clearance is the same."""
 
 
 class ClosestApproach(NamedTuple):
@@ -56,49 +51,20 @@ class Balls(NamedTuple):
 
 def closest_approaches(recording: Recording, robot: int = 0) -> list[ClosestApproach]:
     """Return the closest approach of a robot to each obstacle; clearances are at most METRIC above the true ones."""
-    return [closest_image(recording, robot, obstacle) for obstacle in recording.obstacles]
+    return [closest_to(recording, robot, obstacle) for obstacle in recording.obstacles]
 
 
-def closest_image(
+def closest_to(
     recording: Recording, robot: int, obstacle: Obstacle, parts: Sequence[int] | None = None
 ) -> ClosestApproach:
-    """Return the closest approach of a robot to an obstacle or to any of its periodic images.
+    """Return the closest approach of a robot to an obstacle.
 
     parts: numbers of the parts of the obstacle that count; None: all.
     """
     there = recording.steps_of(robot)
     if there.start >= there.stop:
         return ClosestApproach(np.inf, np.inf)
-    found = [_closest(recording, robot, image, there, parts) for image in nearest_images(recording, robot, obstacle)]
-    return min(found, key=lambda closest: closest.clearance)
-
-
-def nearest_images(recording: Recording, robot: int, obstacle: Obstacle) -> list[Obstacle]:
-    """Return the obstacle; in a periodic world, all its images that are nearest to a robot at some time of the run.
-
-    Let D be the largest distance of the nearest image over the run, and r the sum of the bounding radii. An image
-    farther than D + 2 r is never the nearest one.
-    """
-    first, last = obstacle.trajectory.span
-    start, end = max(first, float(recording.times[0])), min(last, float(recording.times[-1]))
-    if recording.period is None or start > end:
-        return [obstacle]
-    inner = recording.times[(recording.times > start) & (recording.times < end)]
-    times = np.unique(np.concatenate([[start], inner, [end]]))
-    relative = obstacle.trajectory.position(times) - positions_at(recording, robot, times)
-    nearest = np.linalg.norm(relative + to_nearest(relative, recording.period), axis=1).max()
-    # Bound of the relative displacement between two steps.
-    speed = float(np.linalg.norm(recording.velocities[:, robot], axis=1).max())
-    step = recording.dt * (speed + (obstacle.trajectory.speed_bound(start, end) if start < end else 0.0))
-    max_distance = (
-        float(nearest) + 2.0 * (obstacle.shape.bounding_radius + recording.shapes[robot].bounding_radius) + 2.0 * step
-    )
-    return [
-        displaced(obstacle, shift)
-        for shift in between(
-            -max_distance - relative.max(axis=0), max_distance - relative.min(axis=0), recording.period
-        )
-    ]
+    return _closest(recording, robot, obstacle, there, parts)
 
 
 def between_robots(recording: Recording) -> Array:
@@ -120,7 +86,7 @@ def between_robots(recording: Recording) -> Array:
         if both.size:
             least[k, both] = _closest_discs(recording, k, both, balls)
         for other in others[~(is_ball[k] & is_ball[others])]:
-            least[k, other] = closest_image(recording, k, as_obstacles[other]).clearance
+            least[k, other] = closest_to(recording, k, as_obstacles[other]).clearance
     return np.asarray(np.minimum(least, least.T))
 
 
@@ -146,14 +112,6 @@ def _closest_discs(recording: Recording, robot: int, others: Indices, balls: Bal
     p, end = (recording.positions[k, other] - recording.positions[k, robot] + offsets[index] for k in (step, step + 1))
     v = recording.velocities[step, other] - recording.velocities[step, robot]
     a = recording.accelerations[step, other] - recording.accelerations[step, robot]
-    if recording.period is not None:
-        max_step = 2.0 * dt * float(np.linalg.norm(recording.velocities, axis=-1).max())
-        images = neighbours(recording.period, max_step)
-        shift = (to_nearest(p, recording.period) + images[:, None]).reshape(-1, p.shape[1])
-        p, end, v, a = (np.tile(x, (len(images), 1)) for x in (p, end, v, a))
-        p = p + shift
-        end = end + shift
-        index = np.tile(index, len(images))
     best = np.full(len(others), np.inf)
     for x in (p, end):
         np.minimum.at(best, index, np.linalg.norm(x, axis=1) - radii[index])
@@ -207,8 +165,6 @@ def _steps_near(
             after the last.
     """
     relative = balls.centers[:, others] - balls.centers[:, [robot]] + offsets
-    if recording.period is not None:
-        relative = relative + to_nearest(relative, recording.period)
     distance = np.linalg.norm(relative, axis=-1) - radii
     reach = balls.radii[:, others] + balls.radii[:, [robot]]
     begin, end = balls.first[:, None], balls.first[:, None] + BLOCK_STEPS
@@ -343,7 +299,6 @@ def _deviation_by_rotation(obstacle: Obstacle, pair: Pair, a: Array, b: Array) -
     return np.where(change < 1.0, 0.25 * max_radius * change**2, 2.0 * max_radius)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Clearances of a recorded run to its obstacles, where bounding balls show that few of them can be the nearest.
 #
 # The motion of a robot during a block of steps lies within a ball, and so does each part of an obstacle. The distances
@@ -381,7 +336,7 @@ def nearest_clearances(recording: Recording) -> Array:
         near = low <= max(0.0, high.min()) + METRIC
         for j in np.unique(parts.obstacle[near]).tolist():
             some = parts.part[near & (parts.obstacle == j)].tolist()
-            found[k, j] = closest_image(recording, k, recording.obstacles[j], some).clearance
+            found[k, j] = closest_to(recording, k, recording.obstacles[j], some).clearance
     return found
 
 
@@ -431,8 +386,6 @@ def _bounds(recording: Recording, robot: int, balls: Balls, parts: PartBalls) ->
     present = (balls.first < there.stop - 1) & (balls.last > there.start)
     relative = parts.centers - balls.centers[:, robot]
     inner = relative - shape.parts[0].corners.mean(axis=0)
-    if recording.period is not None:
-        relative, inner = (x + to_nearest(x, recording.period) for x in (relative, inner))
     reach = balls.radii[:, robot] + shape.bounding_radius + parts.radii[:, None] + parts.moved
     low = np.linalg.norm(relative, axis=2) - reach
     touch = shape.parts[0].radius + parts.rounding[:, None]
@@ -442,7 +395,6 @@ def _bounds(recording: Recording, robot: int, balls: Balls, parts: PartBalls) ->
     return low, np.where(parts.there & whole, high, np.inf).min(axis=1)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Recording of one robot of a run, with the other robots as obstacles.
 
 

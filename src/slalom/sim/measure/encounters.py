@@ -17,27 +17,22 @@ from slalom.model.shape import round_shape
 from slalom.obstacle import Obstacle
 from slalom.sim.measure.closest_approach import (
     ClosestApproach,
-    closest_image,
-    nearest_images,
+    closest_to,
     positions_at,
     single_robot_view,
 )
 from slalom.sim.measure.recording import Recording, Which
 
 COURSE_RATE: Final = float(np.radians(0.05))
-"""[rad/s] Rate of turn above which a step counts as a turn: 3 degrees per minute.
-
-Larger: slow turns of ships are no turns. Smaller: corrections of the course of fractions of a degree count.
-"""
+"""[rad/s] Rate of turn above which a step counts as a turn: 3 degrees per minute. Larger: slow turns of ships are no
+turns. Smaller: corrections of the course of fractions of a degree count."""
 
 COURSE_CHANGE: Final = float(np.radians(5.0))
 """[rad] Change of course that is the action of a stand-on vessel. Larger: late actions. Smaller: corrections count."""
 
 CROSSING_RANGE: Final = 5556.0
-"""[m] Distance within which a crossing ahead of another vessel breaks the rules: 3 NM.
-
-Larger: crossings far ahead of it, which do not impede it, count. Smaller: close ones of fast ships do not.
-"""
+"""[m] Distance within which a crossing ahead of another vessel breaks the rules: 3 NM. Larger: crossings far ahead of
+it, which do not impede it, count. Smaller: close ones of fast ships do not."""
 
 CLEAR_STEP: Final = 0.1
 """[s] Interval of the samples of well clear; the time without is exact to this for each loss. Smaller: slower."""
@@ -95,7 +90,7 @@ def side(recording: Recording, robot: Which = None) -> float:
     The kind of an encounter is that at its start, see `keeps_side`.
     """
     run = single_robot_view(recording, robot)
-    others = [image for one in run.obstacles if not one.at_rest for image in nearest_images(run, 0, one)]
+    others = [one for one in run.obstacles if not one.at_rest]
     return float(all(keeps_side(run, other) for other in others))
 
 
@@ -108,7 +103,7 @@ def loss_of_well_clear(recording: Recording, robot: Which = None) -> float:
     end = float(run.times[run.steps_of(0)][-1])
     times = np.arange(float(run.times[0]), end, CLEAR_STEP)
     lost = np.zeros(len(times), np.bool_)
-    for obstacle in [image for one in run.obstacles if not one.at_rest for image in nearest_images(run, 0, one)]:
+    for obstacle in [one for one in run.obstacles if not one.at_rest]:
         there = _there(obstacle, times)
         t = times[there]
         path = obstacle.trajectory
@@ -132,7 +127,6 @@ def not_well_clear(position: Array, velocity: Array, limits: WellClear = WELL_CL
     return np.asarray(lost & (np.abs(position[:, 2:]) <= limits.height).all(axis=1))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Sides of the International Regulations for Preventing Collisions at Sea (COLREG), rules 13 to 17.
 
 
@@ -211,7 +205,6 @@ def keeps_side(run: Recording, other: Obstacle) -> bool:
     return True
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Parts of the metrics.
 
 
@@ -225,7 +218,7 @@ def _nearest(recording: Recording, robot: Which) -> ClosestApproach:
 def _closest(run: Recording, other: Obstacle) -> ClosestApproach:
     """Return the closest approach of the positions of a single robot and an obstacle."""
     point = round_shape(0.0, run.dimension)
-    return closest_image(replace(run, shapes=(point,)), 0, Obstacle(point, other.trajectory, other.name))
+    return closest_to(replace(run, shapes=(point,)), 0, Obstacle(point, other.trajectory, other.name))
 
 
 def _there(obstacle: Obstacle, times: Array) -> Flags:

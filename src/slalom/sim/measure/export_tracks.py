@@ -135,7 +135,6 @@ def _lost_properties(agents: Iterable[Agent]) -> list[str]:
     return ["sizes and kinds left out: files of frames cannot hold them"] if sized else []
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # A table with a row for each agent: start, arrival, path length, delay, least clearance.
 
 

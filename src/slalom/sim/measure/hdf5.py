@@ -73,10 +73,8 @@ ARRAYS: Final[Mapping[str, tuple[str, str]]] = {
     "obstacles/*/headings/times": ("s", "of the angles of a heading"),
     "obstacles/*/headings/angles": ("rad", "of the x axis of the shape"),
 }
-"""Units and meanings by the path of an array in the group of the run. A * stands for any part of a path.
-
-Arrays of parts have the units of their keys, see `unit_of`.
-"""
+"""Units and meanings by the path of an array in the group of the run. A * stands for any part of a path. Arrays of
+parts have the units of their keys, see `unit_of`."""
 
 
 def units_of(path: str, kind: str | None = None) -> str:
@@ -90,15 +88,9 @@ def units_of(path: str, kind: str | None = None) -> str:
     return next((unit for pattern, (unit, _) in ARRAYS.items() if fnmatchcase(path, pattern)), "")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Trajectories, shapes, bounds and limits as groups of an HDF5 file, and back.
-
-
 SHORTEST_PIECE: Final = 1e-9
-"""[s] Shortest cubic piece that stands in a file for a trajectory of a kind that files do not have.
-
-Larger: a trajectory that ends at once lasts longer. Smaller: rounding of large times leaves no duration.
-"""
+"""[s] Shortest cubic piece that stands in a file for a trajectory of a kind that files do not have. Larger: a
+trajectory that ends at once lasts longer. Smaller: rounding of large times leaves no duration."""
 
 
 FORMER_NAMES: Final = {

@@ -1,6 +1,6 @@
 """Metrics of a recording: those of all robots, the table of all metrics, and the summary of a run.
 
-Metrics of all robots take a recording. Metrics of one robot (`robot_metrics`) take a recording and, in a fleet, the
+Metrics of all robots take a recording. Metrics of one robot take a recording and, in a fleet, the
 name or number of the robot. Success is that of Francis et al. 2023 (arXiv:2306.16740, table 1).
 """
 
@@ -14,12 +14,9 @@ from slalom.base.checks import Array
 from slalom.base.registry import Kind, Registry
 from slalom.decision import Outcome
 from slalom.kernels.arrays import Indices
-from slalom.obstacle import Obstacle
-from slalom.obstacle.periodic import between
 from slalom.sim.measure.closest_approach import (
     between_robots,
     nearest_clearances,
-    nearest_images,
     positions_at,
     single_robot_view,
 )
@@ -34,7 +31,6 @@ from slalom.sim.measure.encounters import (
 from slalom.sim.measure.recording import Recording, RunSummary, Which
 from slalom.sim.shape_distance import clearances
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Metrics of one robot of a recording: one pure function per metric, with definitions from the literature.
 #
 # Francis et al. 2023 (arXiv:2306.16740, table 1) for stalled time, failure to progress, path length, SPL, space
@@ -48,43 +44,31 @@ COLLISION: Final = 1e-3
 """[m] A recorded collision is a clearance below minus this. It separates contact from overlap in metrics."""
 
 ADJUSTMENT: Final = 0.05
-"""[m/s^2] Change of the applied acceleration from one step to the next that counts as an adjustment.
-
-The paper counts adjustments without naming a threshold; 0.05 is the value of published comparisons.
-"""
+"""[m/s^2] Change of the applied acceleration from one step to the next that counts as an adjustment. The paper counts
+adjustments without naming a threshold; 0.05 is the value of published comparisons."""
 
 STALLED_SPEED: Final = 0.05
-"""[m/s] Speed below which a robot is stalled in metrics, as in Francis et al. (arXiv:2306.16740).
-
-Larger: slow robots count as stalled. Smaller: robots that drift do not.
-"""
+"""[m/s] Speed below which a robot is stalled in metrics, as in Francis et al. (arXiv:2306.16740). Larger: slow robots
+count as stalled. Smaller: robots that drift do not."""
 
 PROGRESS_DISTANCE: Final = 0.1
 """[m] A robot that approaches its goal by less than this within PROGRESS_TIME fails to progress (Francis et al.).
-
-Larger: slow approaches are failures. Smaller: a robot that only drifts makes progress.
-"""
+Larger: slow approaches are failures. Smaller: a robot that only drifts makes progress."""
 
 PROGRESS_TIME: Final = 5.0
-"""[s] Length of the intervals in which progress is measured (Francis et al.).
-
-Larger: fewer intervals, short stops are forgiven. Smaller: each stop is a failure.
-"""
+"""[s] Length of the intervals in which progress is measured (Francis et al.). Larger: fewer intervals, short stops are
+forgiven. Smaller: each stop is a failure."""
 
 PERSONAL_SPACE: Final = 0.5
 """[m] Clearance required for space compliance (Francis et al.). Larger: a smaller share of the steps complies."""
 
 CLOSING_INTERVAL: Final = 1e-6
-"""[s] Time step of the finite difference that gives the closing speed of bodies with corners.
-
-Larger: the nearest corners may change within it. Smaller: rounding of the clearance enters the speed.
-"""
+"""[s] Time step of the finite difference that gives the closing speed of bodies with corners. Larger: the nearest
+corners may change within it. Smaller: rounding of the clearance enters the speed."""
 
 METRIC_SPEED: Final = 1e-9
 """[m/s] Slowest speed with a direction, and slowest approach to an obstacle that counts, in the metrics of a run.
-
-Larger: slow motion counts as rest. Smaller: rounding has a direction.
-"""
+Larger: slow motion counts as rest. Smaller: rounding has a direction."""
 
 
 def extra_time(recording: Recording, robot: Which = None) -> float:
@@ -223,15 +207,10 @@ def failures_to_progress(recording: Recording, robot: Which = None) -> float:
     return float((distance[:-1] - distance[1:] < PROGRESS_DISTANCE).sum())
 
 
-def _bodies(recording: Recording) -> list[Obstacle]:
-    """Return all obstacles; in a periodic world, their images that are nearest at some time of the run."""
-    return [image for obstacle in recording.obstacles for image in nearest_images(recording, 0, obstacle)]
-
-
 def _clearances_at_steps(recording: Recording) -> Array:
     """Return the clearance (T + 1,) [m] to the nearest obstacle at each step; inf without obstacles."""
     nearest = np.full(len(recording.times), np.inf)
-    for obstacle in _bodies(recording):
+    for obstacle in recording.obstacles:
         first, last = obstacle.trajectory.span
         present = (recording.times >= first) & (recording.times <= last)
         if np.any(present):
@@ -257,7 +236,7 @@ def min_time_to_collision(recording: Recording, robot: Which = None) -> float:
     """Least time to collision [s] over the steps: clearance over closing speed of approaching pairs; inf if none."""
     run = single_robot_view(recording, robot)
     least = np.inf
-    for obstacle in _bodies(run):
+    for obstacle in run.obstacles:
         first, last = obstacle.trajectory.span
         present = (run.times >= first) & (run.times <= last)
         times = run.times[present]
@@ -287,17 +266,14 @@ def without_safe_choice(recording: Recording, robot: Which = None) -> float:
     return sum(name not in ("CLEAR", "CONSTRAINED", "KEPT") for name in made) / len(made) if made else 0.0
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Measures of oscillation: changes of the passing side, of the heading, and of the committed manoeuvre.
 #
-# Each measure is a pure function of a recording and one robot, see `robot_metrics`; `flips_between` is of all pairs.
+# Each measure is a pure function of a recording and one robot; `flips_between` is of all pairs.
 
 
 MOVING_SHARE: Final = 0.1
-"""[1] A robot moves, and has a heading, if it is faster than this share of its maximum speed.
-
-Larger: turns at low speed are omitted. Smaller: robots that oscillate almost at rest accumulate hundreds of radians.
-"""
+"""[1] A robot moves, and has a heading, if it is faster than this share of its maximum speed. Larger: turns at low
+speed are omitted. Smaller: robots that oscillate almost at rest accumulate hundreds of radians."""
 
 
 class Passing(NamedTuple):
@@ -353,7 +329,7 @@ def side_flips(recording: Recording, robot: Which = None) -> float:
     Walls and other obstacles of several parts have no passing side.
     """
     recording, total = single_robot_view(recording, robot), 0
-    for obstacle in [image for o in recording.obstacles for image in nearest_images(recording, 0, o)]:
+    for obstacle in recording.obstacles:
         first, last = obstacle.trajectory.span
         present = (recording.times >= first) & (recording.times <= last)
         if recording.dimension == 3 or len(obstacle.shape.parts) > 1 or not np.any(present):
@@ -378,21 +354,10 @@ def flips_between(recording: Recording, rule: Passing = PASSING) -> tuple[Indice
             relative_position = recording.positions[:, j] - recording.positions[:, i]
             velocity = recording.velocities[:, i] - recording.velocities[:, j]
             contact_distance = recording.shapes[i].bounding_radius + recording.shapes[j].bounding_radius
-            for shift in _images(recording, relative_position, velocity, rule):
-                sides = passing_sides(relative_position + shift, velocity, contact_distance, rule)
-                flips[i, j] += _flips(sides)
-                steps[i, j] += np.count_nonzero(sides)
+            sides = passing_sides(relative_position, velocity, contact_distance, rule)
+            flips[i, j], steps[i, j] = _flips(sides), np.count_nonzero(sides)
             flips[j, i], steps[j, i] = flips[i, j], steps[i, j]
     return flips, steps
-
-
-def _images(recording: Recording, position: Array, velocity: Array, rule: Passing) -> Array:
-    """Return displacements (m, 2) [m] of the other robot's images that may satisfy `rule`; only 0 without a period."""
-    if recording.period is None:
-        return np.zeros((1, 2))
-    # A closest approach within `ahead` at a cosine above `towards` bounds the distance.
-    max_distance = rule.ahead * float(np.linalg.norm(velocity, axis=1).max()) / max(rule.towards, 1e-3)
-    return between(-max_distance - position.max(axis=0), max_distance - position.min(axis=0), recording.period)
 
 
 def heading_variation(recording: Recording, robot: Which = None, moving: float = MOVING_SHARE) -> float:
@@ -415,10 +380,6 @@ def changed_choices(recording: Recording, robot: Which = None) -> float:
     robot = recording.row(robot)
     made = [row[robot] for row in recording.outcomes if row[robot] in Outcome.__members__]
     return sum(name not in ("KEPT", "CONTINUED") for name in made) / len(made) if made else 0.0
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Metrics of a recording: those of all robots, the table of all metrics, and the summary of a run.
 
 
 def arrived(recording: Recording | RunSummary) -> float:
@@ -502,9 +463,8 @@ METRICS: Final = Registry[Callable[[Recording], float]](
         )
     },
 )
-"""Metrics by name; packages add to them by entry points of the group slalom.metrics.
-
-Those of one robot take a parameter `robot`, the others are of all robots."""
+"""Metrics by name; packages add to them by entry points of the group slalom.metrics. Those of one robot take a
+parameter `robot`, the others are of all robots."""
 
 
 def summary(recording: Recording) -> dict[str, Any]:

@@ -25,7 +25,6 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.shape import SHAPES, Shape
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
-from slalom.obstacle.periodic import Period, checked_period
 from slalom.sim.measure.hdf5 import (
     HALF_SPACES,
     add_units,
@@ -125,8 +124,6 @@ def save_run(recording: "Recording", path: Path | str) -> None:
             digest=recording.digest(),
             foresight=recording.foresight,
         )
-        if recording.period is not None:
-            run.attrs["period"] = recording.period
         run.create_group("parameters").attrs.update(recording.parameters)
         run.create_group("settings").attrs.update(recording.settings)
         run["holds"] = np.array(recording.holds)
@@ -212,7 +209,6 @@ class Recording:
         obstacles: obstacles with their true trajectories.
         foresight: knowledge of obstacles: recorded, present or observed (see `forecast.FORESIGHTS`); with several
             robots, knowledge of each other: published or observed. "" if a file states none.
-        period: [m] of a periodic world, see `Scenario`; positions are not wrapped.
         names: N, all different; by default "robot 0", "robot 1", ...
         appears: (N,) absolute times [s] from which robots may be in the world, see `appeared`; empty if all are there
             from the start.
@@ -238,7 +234,6 @@ class Recording:
     arrived: Array
     obstacles: tuple[Obstacle, ...]
     foresight: str = ""
-    period: Period | None = None
     settings: Mapping[str, float] = field(default_factory=dict)
     holds: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
@@ -277,7 +272,6 @@ class Recording:
             arrived=log.arrived,
             obstacles=scenario.obstacles,
             foresight=log.foresight,
-            period=scenario.period,
             names=_distinct([robot.name for robot in scenario.robots]),
             settings={name: scenario.settings[name] for name in DECIDING},
             holds=tuple(scenario.holds),
@@ -368,8 +362,6 @@ class Recording:
         of_part = [NUMBER.findall(text) for text in self.responses.text_of_parts]
         numbers = [of_part[k] for k in self.responses.number.ravel().tolist()]
         parts = [self.scenario, self.method, str(self.seed), repr(self.dt), repr(numbers), repr(self.outcomes)]
-        if self.period is not None:
-            parts.append(repr(self.period))
         arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
         if np.any(self.appeared > self.times[0]):
             arrays.append(self.appeared)
@@ -392,7 +384,7 @@ class Recording:
         """Write an HDF5 file, with navground's group and attribute names if they exist.
 
         `poses` holds the position and, last, the heading of the velocity [rad]; `twists` the velocity and, last, 0.
-        Every array has the attribute `units`, see `hdf5_units`.
+        Every array has the attribute `units`.
 
         Raises:
             InvalidFile: a file that cannot be written.
@@ -423,6 +415,8 @@ class Recording:
     @classmethod
     def _from_group(cls, run: Group, written_as: str) -> "Recording":
         attributes, robots = run.attributes, listed(run, "robots")
+        if "period" in attributes:
+            raise InvalidInput("period: expected none, found one of a world that repeats")
         times = array(numbers(run.datasets, "times"), "times")
         poses = numbers(run.datasets, "poses")
         steps = times.size - 1
@@ -456,7 +450,6 @@ class Recording:
             arrived=unbounded(run, "arrived", n),
             obstacles=tuple(load_obstacle(obstacle) for obstacle in listed(run, "obstacles")),
             foresight=text(attributes, "foresight") if "foresight" in attributes else "",
-            period=tuple(numbers(attributes, "period").tolist()) if "period" in attributes else None,
             names=_distinct([text(r.attributes, "name") for r in robots if "name" in r.attributes])[: len(robots)],
             settings=named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
             holds=load_holds(run),
@@ -470,8 +463,6 @@ class Recording:
         d = self.dimension
         if np.any(np.diff(self.times) <= 0.0):
             raise InvalidInput(f"times: expected increasing times, found {short(self.times)}")
-        if self.period is not None:
-            checked_period(self.period, d, 0.0, "period")
         found = {
             "shapes": [shape.dimension for shape in self.shapes],
             "goals": [goal.trajectory.dimension for goal in self.goals],

@@ -24,7 +24,6 @@ from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.peers import Crowd, Peer, Team, discs, outlines
 from slalom.sim.measure.recording import CHOSEN, UNANSWERED
 from slalom.sim.measure.responses import ResponseRow
-from slalom.sim.run.messages import messages_of
 from slalom.sim.run.states import RobotStates, sensing_of
 from slalom.sim.scenario import SIGHT, Robot, Scenario
 
@@ -62,7 +61,7 @@ class SingleRobotDecider:
         self.decision: Decision | None = None
         self._navigator = scenario.decider(method)
         self._observer = Observer(scenario.sight, scenario.obstacles) if scenario.sight else None
-        self._table = ObstacleTable(scenario.obstacles) if scenario.period is None else None
+        self._table = ObstacleTable(scenario.obstacles)
 
     def decide(self, now: float) -> Decisions:
         if np.isinf(self.states.appeared[0]):
@@ -73,7 +72,7 @@ class SingleRobotDecider:
         if self._observer is not None:
             obstacles: Obstacles = self._observer.look(state, self.scenario.obstacles, now, goal.position(now))
         else:
-            obstacles = self._table or self.scenario.around(state, now, self.method)
+            obstacles = self._table
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)
         return Decisions({0: self.decision.outcome.name}, {0: perf_counter() - before})
 
@@ -106,10 +105,10 @@ class FleetDecider:
     """All robots of a run, which decide as a `Fleet`.
 
     Attributes:
-        fleet: decides. Late or lost messages and observations are its `information`.
+        fleet: decides. Late or lost observations are its `information`.
 
     Raises:
-        InvalidInput: messages with delay or loss among robots of several methods; as `Fleet`.
+        InvalidInput: as `Fleet`.
     """
 
     def __init__(self, scenario: Scenario, method: Method, seed: int = 0, threads: int | None = None) -> None:
@@ -123,7 +122,6 @@ class FleetDecider:
             obstacles=scenario.obstacles,
             period=scenario.dt * scenario.steps_per_decision,
             priority=[robot.priority for robot in robots],
-            world_period=scenario.period,
             observation_delay=scenario.sight_delay,
             observation_noise=scenario.sight_noise,
             sight=scenario.sight,
@@ -134,12 +132,8 @@ class FleetDecider:
         )
         self._goals = [robot.goal for robot in robots]
         methods = [policy.method for policy in fleet.policies]
-        messages = [found for found in (messages_of(scenario, each, seed) for each in methods) if found]
-        if messages and len(methods) > 1:
-            names = " and ".join(each.name for each in methods)
-            raise InvalidInput(f"message_delay: expected messages without delay and loss for methods {names}")
         sensing = [found for found in (sensing_of(self.states, each, seed) for each in methods) if found]
-        fleet.information = next(iter([*messages, *sensing]), fleet.information)
+        fleet.information = next(iter(sensing), fleet.information)
 
     def decide(self, now: float) -> Decisions:
         before, states = perf_counter(), self.states
@@ -181,7 +175,7 @@ class PeerDecider:
     Raises:
         InvalidInput: the peer's package is not installed; a scenario in space, a robot that is not a disc or has
             other limits than a maximum speed and acceleration, an obstacle that the peer cannot avoid; robots that
-            observe each other late or inexactly; a periodic world.
+            observe each other late or inexactly.
     """
 
     def __init__(self, scenario: Scenario, peer: Peer) -> None:
@@ -281,10 +275,6 @@ def _refuse(scenario: Scenario, peer: Peer) -> None:
     for name in ("sight_noise", "sight_delay", "sight_loss", *SIGHT):
         if found := scenario.settings[name]:
             raise InvalidInput(f"{name}: expected 0 for {peer.name}, whose observations are exact; found {found:g}")
-    if scenario.period is not None:
-        raise InvalidInput(
-            f"period: expected none for {peer.name}, whose world is not periodic; found {scenario.period}"
-        )
     for robot in scenario.robots:
         _refuse_robot(robot, peer)
 

@@ -60,7 +60,6 @@ def recorded(recording: Recording) -> Recorded:
         recording.obstacles,
         start=float(recording.times[0]),
         duration=float(recording.times[-1] - recording.times[0]),
-        period=recording.period,
         holds=recording.holds or HOLDS,
         **from_numbers({**settings, "dt": recording.dt}),
     )

@@ -69,7 +69,7 @@ def simulate(
     """Run a scenario until all robots have arrived or its duration has passed.
 
     A robot is a double integrator: its acceleration is constant during a step, so a step is the exact motion that was
-    predicted. With a peer see `peer_decider.PeerDecider`.
+    predicted. With a peer see `PeerDecider`.
 
     All robots decide from the same past, the states at the start of the step. Each observes the others as
     `method.robot_forecast` says. With a `shared` method they decide one after the other, in the order of their names,

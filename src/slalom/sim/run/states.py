@@ -149,7 +149,6 @@ def _in_space(rows: Array) -> Array:
     return wide
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Observations of other robots that are late, inexact or lost.
 
 

@@ -33,7 +33,6 @@ from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import SETTINGS, Scenario
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Files of test cases; a study runs one case per seed.
 
 
@@ -66,20 +65,16 @@ def refuse_more(name: str, count: int, seeds: int) -> None:
         raise InvalidInput(f"seeds: expected at most {count}, the cases of {name}; found {seeds}")
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# One run of a sweep, and everything that its result depends on.
-
-
 ABOVE: Final = ("__main__.py", "adapters", "cli", "computer.py", "live", "paper", "view")
 """Layers above `sim`. No run uses them, so an edit there changes no result."""
 
 GUIDANCE: Final = ("fleet/guidance.py", "kernels/guidance")
 """Code that chooses the targets of guided robots. An edit there changes no result of other runs."""
 
-MESSAGES, OBSERVATIONS = ("message_delay", "message_loss"), ("sight_noise", "sight_delay", "sight_loss")
-"""Settings of messages between robots that share manoeuvres, and of observations of robots that do not."""
+OBSERVATIONS: Final = ("sight_noise", "sight_delay", "sight_loss")
+"""Settings of observations of robots that do not share their manoeuvres."""
 
-RANDOM: Final = ("message_delay", "message_loss", "sight_noise", "sight_loss")
+RANDOM: Final = ("sight_noise", "sight_loss")
 """Settings above 0 that make runs of one scenario differ by seed."""
 
 Content = dict[str, Any]
@@ -220,13 +215,12 @@ def without_effect(scenario: Scenario, method: Method | Peer) -> set[str]:
     """Return the settings of scenarios that do not change the runs of a method in this scenario."""
     if isinstance(method, Peer):
         on_paths = any(isinstance(robot.goal, PathGoal) for robot in scenario.robots)
-        return {"patience", "guided", "early", *MESSAGES} | (set() if on_paths else {"horizon"})
+        return {"patience", "guided", "early"} | (set() if on_paths else {"horizon"})
     if len(scenario.robots) == 1:
-        return {"guided", *MESSAGES, *OBSERVATIONS}
+        return {"guided", *OBSERVATIONS}
     shared = {(robot.method or method).shared for robot in scenario.robots}
     return {
         *(() if scenario.dimension == 2 else ("guided",)),
-        *(() if True in shared else MESSAGES),
         *(() if False in shared else OBSERVATIONS),
     }
 

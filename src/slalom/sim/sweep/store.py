@@ -187,7 +187,6 @@ def _row(text: bytes, case: Case) -> dict[str, Any] | str:
     return row if kept["case"] == case.content else "another run"
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Shares of a sweep for several machines that write to one store.
 
 

@@ -45,7 +45,6 @@ from slalom.sim.sweep.case import (
 from slalom.sim.sweep.pool import map_surviving_kills, working_with
 from slalom.sim.sweep.store import MISSING, OTHER, Result, Shard, Store
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Aggregation of the runs of one scenario and method to a table row, with confidence intervals.
 
 
@@ -150,10 +149,6 @@ def _failures(results: Sequence[Mapping[str, Any] | Failure]) -> list[dict[str, 
         if isinstance(result, Failure):
             seeds.setdefault(result, []).append(seed)
     return [{**failure._asdict(), "seeds": which} for failure, which in seeds.items()]
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Comparison of methods over scenarios and seeds in one table.
 
 
 METHODS: Final = ("vo", "nlvo", "avo", "ao", "nao")
@@ -422,7 +417,6 @@ def grid(settings: Mapping[str, float | Sequence[float]]) -> list[dict[str, floa
     return [dict(zip(settings, each)) for each in product(*values)]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Reader of study files: YAML with scenarios, settings and methods for one comparison.
 
 

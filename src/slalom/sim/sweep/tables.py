@@ -14,10 +14,6 @@ Table = Mapping[str, Any]
 Row = Mapping[str, Any]
 """The result of a method in it."""
 
-# ---------------------------------------------------------------------------------------------------------------------
-# Cells for readers.
-
-
 FILES: Final = (".csv", ".yaml", ".yml")
 """Suffixes of the scenarios that are files."""
 
@@ -134,7 +130,6 @@ def printed(tables: Sequence[Table], *, own: Sequence[str] = ()) -> list[list[st
     return rows
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tidy rows: CSV and pandas.
 
 
@@ -203,10 +198,6 @@ def data_frame(tables: Sequence[Table]) -> Any:
     with Extra("data", "data_frame"):
         import pandas
     return pandas.DataFrame(tidy(tables))
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# LaTeX.
 
 
 ESCAPED: Final = {
