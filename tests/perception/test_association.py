@@ -254,12 +254,12 @@ def test_each_of_many_measurements_is_compared_with_few_tracks(id_at) -> None:
         compared.append(len(one.filter.compared))
     assert len(tracks) == len(places)
     assert compared[-1] <= 4 * len(places) * (CANDIDATES[2] + 1)
-    assert one.unused["crowded"] == 0
+    assert one.crowded == 0
     for k in range(2):
-        for i in range(20):
+        for _ in range(20):
             crowd.update(0.1 * k, None, 1e-3 * rng.normal(size=2))
     crowd.at(0.1)
-    assert crowd.unused["crowded"] == 20
+    assert crowd.crowded == 20
 
 
 def test_detections_without_ids_need_an_extra(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -298,8 +298,9 @@ class Tracker:
         growth: [s] ahead up to which radii grow; inf: always. By then the robot has new measurements and decides anew.
             Larger: it keeps farther away, and waits more often. Smaller: it has to brake harder for those that stop or
             turn; less than the time in which it stops is not advised.
-        unused: numbers of measurements that were not used: `late` too old, `repeated` came before, `early` too far in
-            the future, `crowded` more than CANDIDATES tracks inside the gate, of which the nearest were compared.
+        unused: numbers of measurements that were not used: `late` were too old, `repeated` came before, `early` are
+            later than `at` takes.
+        crowded: measurements with further tracks inside the gate than those that were compared.
     """
 
     shape: Shape = field(default_factory=lambda: Disc(0.3))
@@ -310,6 +311,7 @@ class Tracker:
     calibration: Calibration | None = field(default_factory=_own_calibration)
     growth: Annotated[float, _checked_growth] = 0.5
     unused: Counter[str] = field(default_factory=Counter, init=False, repr=False)
+    crowded: int = field(default=0, init=False, repr=False)
     _scans: list[_Scan] = field(default_factory=list, init=False, repr=False)
     _known: int = field(default=0, init=False, repr=False)  # scans whose tracks are up to date
     _before: _State = field(default=NOTHING, init=False, repr=False)  # tracks before the first scan
@@ -320,7 +322,7 @@ class Tracker:
         has(self.shape, *SHAPE, "shape")
         has(self.filter, ("begin", "predict", "correct", "distance", "estimate"), "a filter", "filter")
         if self.calibration is not None:
-            has(self.calibration, ("observe", "calibrated"), "a Calibration", "calibration")
+            has(self.calibration, ("observe", "calibrated", "forget"), "a Calibration", "calibration")
         check_fields(self)
         if first_missing("tracks") is None:
             _association()  # an import within the loop would take as long as a decision may
@@ -388,7 +390,7 @@ class Tracker:
         self._forget()
         until_now = bisect_right(self._scans, now, key=lambda scan: scan.t)
         state = self._scans[until_now - 1].after if until_now else self._before
-        self.unused["crowded"] = state.crowded
+        self.crowded = state.crowded
         oldest, unconfirmed = now - self.max_age, now - min(self.confirmation, self.max_age)
         there = [track for track in state.tracks if track.t >= (oldest if track.confirmed else unconfirmed)]
         found = self._estimates(there, now)
@@ -399,8 +401,10 @@ class Tracker:
 
     def forget(self) -> None:
         """Begin anew, at any time: without measurements and tracks. What is known of errors, and `unused`, stay."""
-        self._scans, self._known, self._before = [], 0, NOTHING._replace(crowded=self.unused["crowded"])
+        self._scans, self._known, self._before = [], 0, NOTHING._replace(crowded=self.crowded)
         self._judged = self._now = -np.inf
+        if self.calibration is not None:
+            self.calibration.forget()
 
     @property
     def ids(self) -> tuple[Hashable, ...]:

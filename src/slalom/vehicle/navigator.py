@@ -23,7 +23,6 @@ from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
-from slalom.model.response import AccelerateThenBrake
 from slalom.model.shape import Disc, Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
