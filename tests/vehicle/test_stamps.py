@@ -58,8 +58,8 @@ class Brakes:
         """Whether the speed after a command is allowed; one that must not brake at it may go on as before."""
         step = self.braking * DT
         self.allowed = min(self.allowed, before + 2.0 * step) - 0.9 * step if must else np.inf
-        # The last part of a stop takes two periods.
-        return after <= max(self.allowed, 0.5 * before) + 1e-3
+        # The last part of a stop takes two periods, and the speed may be known from before.
+        return after <= max(self.allowed, 0.5 * before, 0.2 * step)
 
 
 def driven(seed: int, on_wheels: bool) -> None:

@@ -108,7 +108,7 @@ class Drive(NamedTuple):
         status: what the driver does. sentence: the same with its numbers, and the outcome of an unsafe decision.
         command: of a vehicle its `Command`, else the velocity (d,) [m/s] at the end of the period.
         decision: of the navigator; None before the first state.
-        waits_for: ids of tracks, and names of others, for which a robot waits that is YIELDING.
+        waits_for: ids of tracks, or the name of another obstacle, for which a robot waits that is YIELDING.
         stop: [m] way in which the robot can come to rest; inf: its limits do not let it rest.
     """
 
@@ -224,16 +224,12 @@ class Driver:
         used, lost, d = 0, 0, self.navigator.robot.dimension
         for k, each in enumerate(detections):
             try:
-                listing(each, "(id, position), and arguments of Tracker.update", f"detections[{k}]")
-                if not 2 <= len(each) <= DETECTED:
-                    raise InvalidInput(f"detections[{k}]: expected 2 to {DETECTED} values, found {len(each)}")
-                vector(each[1], f"detections[{k}]: position", d)
-                used += self.tracker.update(t, *each)
+                used += self.tracker.update(t, *_detection(each, f"detections[{k}]", d))
             except InvalidInput as error:
                 lost += 1
                 self.lose(error)
         # Of a robot whose every detection is refused it is not known what it would have seen.
-        if not detections or lost < len(detections):
+        if lost < max(len(detections), 1):
             self._given.append(_Given(None, t))
         self._seen = -np.inf if self._seen is None else self._seen
         return len(detections) - used
@@ -453,15 +449,19 @@ class Driver:
         return [turning, backing if vehicle is None or vehicle.backs else None]
 
     def _waits_for(self, decision: Any, now: float) -> tuple[Hashable, ...]:
-        """All tracks on the way of a robot that is slow and does not speed up, or the first other obstacle there."""
+        """All tracks on the way of a robot that stands, or comes no nearer to its goal; else the first obstacle there.
+
+        A robot that drives around other obstacles waits for none of them.
+        """
         speeds = [float(np.linalg.norm(decision.manoeuvre.velocity(t))) for t in (now, now + self.navigator.period)]
         limits = decision.inputs.navigator.limits
         speeds_up = speeds[1] - speeds[0] > 0.5 * self.navigator.period * limits.max_acceleration
-        if max(speeds) > SLOW * limits.max_speed or (speeds_up and not self._yields):
+        stands = max(speeds) <= SLOW * limits.max_speed and (self._yields or not speeds_up)
+        if not stands and decision.stalled < RETRY:
             return ()
         ids = {str(id): id for part in decision.inputs.obstacles if isinstance(part, Tracks) for id in part.ids}
         names = decision.in_the_way
-        return tuple(ids[name] for name in names if name in ids) or names[:1]
+        return tuple(ids[name] for name in names if name in ids) or names[: int(stands)]
 
     def _drive(
         self, status: DriveStatus, decision: Any, now: float, detail: str, waits_for: tuple[Hashable, ...] = ()
@@ -500,6 +500,15 @@ BRAKES: Final = (
 
 USUAL: Final = ("late", "repeated", "late states")
 """Inputs that are not used and that no sentence has: every sensor has some."""
+
+
+def _detection(given: Sequence[Any], name: str, d: int) -> Sequence[Any]:
+    """The values of a detection. Raises InvalidInput for another number of them, or of dimensions of its position."""
+    listing(given, "(id, position), and arguments of Tracker.update", name)
+    if not 2 <= len(given) <= DETECTED:
+        raise InvalidInput(f"{name}: expected 2 to {DETECTED} values, found {len(given)}")
+    vector(given[1], f"{name}: position", d)
+    return given
 
 
 def _stop(navigator: Any, decision: Any) -> float:
