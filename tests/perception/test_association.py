@@ -22,7 +22,7 @@ from slalom import (
     Tracks,
     method,
 )
-from slalom.perception.tracker import CANDIDATES, GATE, least_sum
+from slalom.perception.association import CANDIDATES, GATE, least_sum
 
 NOISE = 0.05
 

@@ -170,7 +170,8 @@ class Calibration:
 
     def forget(self) -> None:
         """Begin anew, at any time: without predictions that are not judged yet. The errors so far stay."""
-        self._last, self._pending, self._now = {}, {}, -np.inf
+        self._last, self._pending = {}, {}
+        self._now = -np.inf
 
     def radii(self) -> Array:
         """Radius (k,) [m] for each of the k prediction times."""

@@ -2,9 +2,8 @@
 
 from bisect import bisect_left, bisect_right, insort
 from collections import Counter, defaultdict
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
 from itertools import chain, count
 from math import hypot, sqrt
 from typing import Annotated, Any, Final, NamedTuple, Protocol, runtime_checkable
@@ -29,13 +28,14 @@ from slalom.base.checks import (
     shown,
     vector,
 )
-from slalom.base.errors import Extra, InvalidInput, first_missing, require
+from slalom.base.errors import InvalidInput, first_missing, require
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.shape import Disc, Shape, is_round
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.model.uncertainty import BoundedError, GrowsUntil, KalmanError, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
+from slalom.perception.association import CANDIDATES, GATE, OTHER_ID, assignment, least_sum, nearest_first
 from slalom.perception.conformal import Calibration
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -325,7 +325,7 @@ class Tracker:
             has(self.calibration, ("observe", "calibrated", "forget"), "a Calibration", "calibration")
         check_fields(self)
         if first_missing("tracks") is None:
-            _association()  # an import within the loop would take as long as a decision may
+            assignment()  # an import within the loop would take as long as a decision may
 
     def update(
         self,
@@ -677,70 +677,3 @@ def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) 
             f"{prefix}covariance: expected a symmetric matrix without negative eigenvalues, found another"
         )
     return found
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Which measurement of one time belongs to which track.
-
-
-GATE: Final = 6.0
-"""[1] Standard deviations up to which a measured position may be from the predicted one of its track.
-
-People that stop or turn are up to 5.9 of those of a filter with 0.2 m/s^2/sqrt(Hz) away. Larger: an exchange of ids
-between people close to each other changes their velocities. Smaller: the track of a person that turns begins anew.
-"""
-
-OTHER_ID: Final = 3.0
-"""[1] Standard deviations for which a wrong id counts.
-
-Larger: exchanged ids are found only farther apart. Smaller: noise exchanges people that touch.
-"""
-
-
-CANDIDATES: Final = {2: 7, 3: 13}
-"""[1] Tracks with which a measurement is compared, by the dimension: one, and the equal balls that can touch it."""
-
-
-def nearest_first(pairs: Iterable[tuple[float, int, int]]) -> dict[int, int]:
-    """The track of each measurement, from pairs (distance, measurement, track) by increasing distance.
-
-    A pair counts if neither its measurement nor its track is in one before.
-    """
-    found: dict[int, int] = {}
-    taken = set[int]()
-    for _, measurement, track in sorted(pairs):
-        if measurement not in found and track not in taken:
-            found[measurement] = track
-            taken.add(track)
-    return found
-
-
-def least_sum(pairs: list[tuple[float, int, int]]) -> dict[int, int]:
-    """The track of each measurement, of least sum of squared distances, from pairs (distance, measurement, track).
-
-    A measurement without a track counts as one at GATE: as many pairs are made as gates admit.
-
-    Raises:
-        MissingExtra: no scipy.
-    """
-    if not pairs:
-        return {}
-    csr_array, assigned = _association()
-    apart, rows, tracks = (np.array(each) for each in zip(*pairs))
-    measured, row = np.unique(rows, return_inverse=True)
-    free = np.arange(len(measured))
-    # Beyond the tracks, each measurement has a column of its own, at GATE. A sum of 1 more for each changes nothing,
-    # but a cost of 0 would be no pair.
-    costs = 1.0 + np.concatenate([apart**2, np.full(len(free), GATE**2)])
-    columns = np.concatenate([tracks, tracks.max() + 1 + free])
-    found = assigned(csr_array((costs, (np.concatenate([row, free]), columns))))[1].tolist()
-    return {i: k for i, k in zip(measured.tolist(), found) if k <= tracks.max()}
-
-
-@cache
-def _association() -> tuple[Any, Any]:
-    """The sparse matrix and the assignment of scipy. Raises MissingExtra."""
-    with Extra("tracks", "measurements without ids"):
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import min_weight_full_bipartite_matching
-    return csr_array, min_weight_full_bipartite_matching

@@ -221,7 +221,8 @@ class Driver:
         """
         number(t, "t")
         listing(detections, "detections", "detections")
-        used, lost, d = 0, 0, self.navigator.robot.dimension
+        used = lost = 0
+        d = self.navigator.robot.dimension
         for k, each in enumerate(detections):
             try:
                 used += self.tracker.update(t, *_detection(each, f"detections[{k}]", d))
