@@ -198,6 +198,9 @@ def test_a_clock_that_jumps_back_gives_one_status_and_all_begins_anew() -> None:
         statuses.append(drive.status)
     assert statuses == [*[S.DRIVING] * 20, S.CLOCK_JUMPED, *[S.NO_DETECTIONS] * 2, *[S.DRIVING] * 17]
     assert driver.tracker.ids == ("p",)
+    driver.see(900.0)
+    driver.locate(900.0, state)
+    assert driver.command(900.0).status is S.DRIVING, "a jump ahead is no time without progress"
 
 
 def test_a_clock_that_is_ahead_only_while_no_state_comes_feeds_no_timeout() -> None:

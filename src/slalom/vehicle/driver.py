@@ -304,6 +304,8 @@ class Driver:
             return self._drive(DriveStatus.NO_STATE, decision, now, detail)
         if self._braking is not None and now <= self._braking[0]:
             self._last = self._braking[1]
+        if self._last is not None and now - self._now > self.state_timeout:
+            self._last = _resumed(self._last, self._last)  # time without commands is not time without progress
         self._braking, self._now = None, now
         known = [each for each in listed(self.walls) if not hasattr(each, "__len__") or len(each)]
         around = [*known, *self.tracker.at(now, self.navigator.period), *listed(obstacles)]
