@@ -59,7 +59,7 @@ class Brakes:
         step = self.braking * DT
         self.allowed = min(self.allowed, before + 2.0 * step) - 0.9 * step if must else np.inf
         # The last part of a stop takes two periods, and the speed may be known from before.
-        return after <= max(self.allowed, 0.5 * before, 0.2 * step)
+        return after <= max(self.allowed, 0.5 * before, 0.2 * step) + 1e-3
 
 
 def driven(seed: int, on_wheels: bool) -> None:
