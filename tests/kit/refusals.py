@@ -64,6 +64,7 @@ from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.run.recorded import recorded
 from slalom.sim.scenario import Robot, Scenario
 from slalom.vehicle import Bicycle, Command, DifferentialDrive, Pose, VehicleNavigator
+from slalom.vehicle.driver import _detection
 from slalom.vehicle.ways import way_among
 from slalom.view.film import DecisionFilm, Film, checked
 
@@ -567,11 +568,7 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     ),
     r"state_timeout: expected at most the horizon, 6 s, found 7 s": lambda _: Driver(NAVIGATOR, state_timeout=7.0),
     r"detection_timeout: expected a number above 0, found 0": lambda _: Driver(NAVIGATOR, detection_timeout=0.0),
-    r"detections\[0\]: expected 2 to 6 values, found 1": lambda _: Driver(NAVIGATOR).see(0.0, [("person",)]),
-    r"t: expected a time that does not run backwards, found 1 s after a state at 2 s": lambda _: [
-        (driver := Driver(NAVIGATOR)),
-        *(driver.locate(t, State((0, 0), (0, 0))) for t in (2.0, 1.0)),
-    ],
+    r"detections\[0\]: expected 2 to 6 values, found 1": lambda _: _detection(("person",), "detections[0]", 2),
     r"body: expected one convex shape in the plane, found Ball": lambda _: VehicleNavigator(DRIVE, NAO, Ball(1.0)),
     r"probability: expected a number above 0 of at most 1, found 1\.1": lambda _: Obstacle(
         Disc(1), Stationary((9, 0)), "a", probability=1.1

@@ -1,6 +1,7 @@
 """Tracks of measurements whose ids are exchanged, new or missing, and of false detections."""
 
 from itertools import permutations
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -21,9 +22,19 @@ from slalom import (
     Tracks,
     method,
 )
-from slalom.perception.tracker import GATE, least_sum
+from slalom.perception.association import CANDIDATES, GATE, least_sum
 
 NOISE = 0.05
+
+
+class Counting(ConstantVelocityFilter):
+    """A filter that counts the pairs whose distances it computes."""
+
+    compared: ClassVar[list[None]] = []
+
+    def distance(self, belief: Any, seen: Any) -> float:
+        self.compared.append(None)
+        return super().distance(belief, seen)
 
 
 def tracker() -> Tracker:
@@ -219,12 +230,36 @@ def test_pairs_have_the_least_sum(rows: list[list[float]]) -> None:
     """Of all assignments, by trying each."""
     distances = np.array(rows)
     cost = np.minimum(distances, GATE) ** 2
-    found = least_sum(distances)
+    inside = [(float(distances[row, column]), int(row), int(column)) for row, column in np.argwhere(distances <= GATE)]
+    found = least_sum(inside)
     assert all(distances[row, column] <= GATE for row, column in found.items())
     tall = cost if cost.shape[0] <= cost.shape[1] else cost.T
     least = min(sum(tall[i, k] for i, k in enumerate(p)) for p in permutations(range(tall.shape[1]), tall.shape[0]))
     rest = min(cost.shape) - len(found)
     assert sum(cost[row, column] for row, column in found.items()) + rest * GATE**2 == pytest.approx(least)
+
+
+@pytest.mark.parametrize("id_at", [lambda k, i: None, lambda k, i: (k // 2, i)], ids=["no ids", "new ids"])
+def test_each_of_many_measurements_is_compared_with_few_tracks(id_at) -> None:
+    """Of a grid of people 1 m apart, measured without ids or with new ones later; not of people at one place."""
+    one, crowd = tracker(), tracker()
+    compared, rng = [], np.random.default_rng(3)
+    places = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0)), axis=-1).reshape(-1, 2)
+    one.filter = Counting(position=NOISE)
+    one.filter.compared.clear()
+    for k in range(4):
+        for i, place in enumerate(places):
+            one.update(0.1 * k, id_at(k, i), place + rng.normal(0.0, NOISE, 2))
+        (tracks,) = one.at(0.1 * k)
+        compared.append(len(one.filter.compared))
+    assert len(tracks) == len(places)
+    assert compared[-1] <= 4 * len(places) * (CANDIDATES[2] + 1)
+    assert one.crowded == 0
+    for k in range(2):
+        for _ in range(20):
+            crowd.update(0.1 * k, None, 1e-3 * rng.normal(size=2))
+    crowd.at(0.1)
+    assert crowd.crowded == 20
 
 
 def test_detections_without_ids_need_an_extra(monkeypatch: pytest.MonkeyPatch) -> None:

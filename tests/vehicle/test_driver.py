@@ -98,7 +98,7 @@ def test_without_states_it_stops_within_the_braking_distance_and_goes_on_after(r
     drives = [one.step(known=False) for _ in range(silent)]
     overdue = [drive for drive in drives if drive.status is S.NO_STATE]
     assert len(drives) - len(overdue) == round(one.driver.state_timeout / DT)
-    assert overdue[0].sentence.endswith("the last one is 0.60 s old, 0.5 s are allowed).")
+    assert f"old, 0.5 s are allowed; it can rest within {overdue[0].stop:.2f} m)" in overdue[0].sentence
     navigator = one.driver.navigator
     limits = (navigator.vehicle if isinstance(navigator, VehicleNavigator) else navigator).limits
     lag = max(navigator.vehicle.lags) if isinstance(navigator, VehicleNavigator) else 0.0
@@ -158,7 +158,7 @@ def test_behind_a_closed_door_it_needs_another_path_and_drives_it(robot, tried):
     one.driver.head_for(PathGoal([(1.0, 3.0), (9.0, 3.0)], tolerance=0.2))
     drives = one.run(90.0, replan)
     found = {drive.status for drive in drives}
-    assert found - {S.TURNING, S.BACKING} == {S.DRIVING, S.NEEDS_PATH, S.ARRIVED}
+    assert found - {S.TURNING, S.BACKING} == {S.DRIVING, S.YIELDING, S.NEEDS_PATH, S.ARRIVED}
     assert tried <= found
     assert asked[-1] - asked[0] == 5, "the new path begins anew"
     assert all(drive.decision.safe for drive in drives)
@@ -250,7 +250,7 @@ def test_the_margin_grows_with_the_error_of_the_position(error):
 
 def test_it_waits_for_a_state_rests_without_a_goal_and_at_one():
     driver = Driver(wheels(DRIVE))
-    assert driver.command(0.0) == (S.WAITING, S.WAITING.value, (0.0, 0.0), None)
+    assert driver.command(0.0)[:4] == (S.WAITING, S.WAITING.value, (0.0, 0.0), None)
     assert np.array_equal(Driver(free()).command(0.0).command, np.zeros(2))
     one = Robot(wheels(DRIVE), (0.0, 0.0))
     assert one.step().status is S.IDLE
@@ -280,3 +280,59 @@ def test_an_unsafe_decision_is_said():
     drive = one.driver.command(0.0, rushing)
     assert drive.sentence == f"{S.DRIVING.value} {drive.decision.outcome.value}"
     assert not drive.decision.safe
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_a_robot_that_waits_says_for_whom_and_drives_on_after(robot):
+    """In a hall that two people close side by side, until they leave."""
+    one = Robot(ROBOTS[robot](), (0.0, 0.0), [[(-3.0, y), (9.0, y)] for y in (-0.6, 0.6)])
+    one.driver.head_for(PathGoal([(0.0, 0.0), (7.0, 0.0)], tolerance=0.2))
+    drives = []
+    for k in range(200):
+        one.driver.see(one.now, [(7, (3.0, 0.25)), ("b", (3.0, -0.25))] if k < 80 else [])
+        drives.append(one.step())
+    standing = drives[72:80]
+    assert {drive.status for drive in standing} == {S.YIELDING}
+    assert all(set(drive.waits_for) == {7, "b"} for drive in standing)
+    assert all("7" in drive.sentence and f"rest within {drive.stop:.2f} m" in drive.sentence for drive in standing)
+    assert drives[-1].status is S.ARRIVED
+    assert {drive.waits_for for drive in drives if drive.status is not S.YIELDING} == {()}
+
+
+def test_a_robot_before_a_goal_in_an_obstacle_names_it_when_it_stands():
+    one = Robot(wheels(DRIVE), (0.0, 0.0))
+    rock = slalom.Obstacle(slalom.Rectangle(2.0, 2.0), Stationary((4.0, 0.0)), "rock")
+    one.driver.walls = [rock]
+    one.driver.head_for(Goal(Stationary((4.0, 0.0)), 0.2, stop=True))
+    drives = [one.step() for _ in range(36)]
+    assert {(drive.status, drive.waits_for) for drive in drives[30:]} == {(S.YIELDING, ("rock",))}
+
+
+def test_a_robot_that_cannot_rest_does_not_say_that_it_will():
+    limits = Limits(3.0, 1.5, bounds=(slalom.LeastSpeed(1.0),))
+    driver = Driver(Navigator(NAO, Disc(RADIUS), limits, period=DT, horizon=3.0))
+    driver.locate(0.0, State((0.0, 0.0), (2.0, 0.0)))
+    drive = driver.command(0.0)
+    assert drive.stop == np.inf
+    assert drive.sentence.endswith("(its limits do not let it rest).")
+
+
+@pytest.mark.parametrize("robot", list(ROBOTS)[1:])
+def test_a_vehicle_before_a_sudden_person_stops_as_short_as_it_can(robot):
+    """Within its lag and period no longer way than at its hardest; and no command is above its largest speed."""
+    one = Robot(ROBOTS[robot](), (0.0, 0.0))
+    vehicle = one.driver.navigator.vehicle
+    most = vehicle.limits.max_speed
+    one.driver.head_for(PathGoal([(0.0, 0.0), (19.0, 0.0)], tolerance=0.2))
+    before = [one.step() for _ in range(30)]
+    assert max(abs(drive.command.speed) for drive in before) <= most + 1e-12
+    place, speed = one.state.position, one.state.speed
+    least = vehicle.limits.max_speed**2 / (2.0 * vehicle.limits.max_acceleration)
+    reach = RADIUS + one.middle[0] + 0.3
+    there = place + np.array((reach + 0.6 * least, 0.0))
+    one.driver.see(one.now, [("p", there)])
+    while abs(one.state.speed) > 1e-3:
+        drive = one.step()
+        assert drive.decision.outcome.name in ("BRAKING", "ESCAPING", "STOPPING", "DELAYED")
+        one.driver.see(one.now, [("p", there)])
+    assert np.linalg.norm(one.state.position - place) <= speed**2 / (2.0 * vehicle.limits.max_acceleration) * 1.1

@@ -302,7 +302,7 @@ def replay(
         "commands": len(commands),
         "unsafe": sum(not command.decision.safe for command in commands),
         "without messages": sum(command.status.name in ("NO_STATE", "NO_DETECTIONS") for command in commands),
-        "measurements not used": made.unused,
+        "inputs not used": made.unused.total(),
     }
     if expected is not None:
         twists = [each.message for each in bags.read_bag(bag, [expected])]

@@ -160,6 +160,11 @@ class Calibration:
         self._last = {id: (tracks.t, state[0]) for id, state in zip(tracks.ids, tracks.states, strict=True)}
         self._pending = {id: self._pending[id] for id in tracks.ids}
 
+    def forget(self) -> None:
+        """Begin anew, at any time: without predictions that are not judged yet. The errors so far stay."""
+        self._last, self._pending = {}, {}
+        self._now = -np.inf
+
     def radii(self) -> Array:
         """Radius (k,) [m] for each of the k prediction times."""
         found = []

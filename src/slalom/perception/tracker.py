@@ -1,7 +1,8 @@
 """Tracks of moving obstacles from measurements that are late, rare, repeated, missing or wrong."""
 
 from bisect import bisect_left, bisect_right, insort
-from collections.abc import Hashable, Iterable, Iterator
+from collections import Counter, defaultdict
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain, count
 from math import hypot, sqrt
@@ -27,13 +28,14 @@ from slalom.base.checks import (
     shown,
     vector,
 )
-from slalom.base.errors import Extra, InvalidInput, require
+from slalom.base.errors import InvalidInput, first_missing, require
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.shape import Disc, Shape, is_round
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.model.uncertainty import BoundedError, GrowsUntil, KalmanError, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
+from slalom.perception.association import CANDIDATES, GATE, OTHER_ID, assignment, least_sum, nearest_first
 from slalom.perception.conformal import Calibration
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -153,10 +155,10 @@ class ConstantVelocityFilter:
         return Gaussian(belief.mean + gain @ (values - belief.mean[:m]), 0.5 * (corrected + corrected.T))
 
     def distance(self, belief: Gaussian, seen: Measurement) -> float:
-        _, noise = self._measured(seen)
         d = seen.position.size
+        noise = self.position**2 * np.eye(d) if seen.covariance is None else seen.covariance[:d, :d]
         error = seen.position - belief.mean[:d]
-        return sqrt(max(float(error @ np.linalg.solve(belief.covariance[:d, :d] + noise[:d, :d], error)), 0.0))
+        return sqrt(max(float(error @ np.linalg.solve(belief.covariance[:d, :d] + noise, error)), 0.0))
 
     def estimate(self, belief: Gaussian) -> Estimate:
         d = belief.mean.size // 2
@@ -225,6 +227,7 @@ class _State(NamedTuple):
 
     tracks: tuple[_Track, ...]
     unnamed: int  # tracks that began without an id so far
+    crowded: int  # measurements with more tracks inside the gate than were compared, so far
 
 
 @dataclass
@@ -236,7 +239,7 @@ class _Scan:
     after: _State
 
 
-NOTHING: Final = _State((), 0)
+NOTHING: Final = _State((), 0, 0)
 """No tracks."""
 
 
@@ -260,18 +263,19 @@ class Tracker:
     """Obstacles followed from measurements, for decisions in a loop.
 
     Measurements may come in any order and at any rate. A late one is inserted at its time, and later ones are applied
-    again. The result is the same to the bit for every order of arrival.
+    again. The result is the same to the bit for every order of arrival. What is not used is counted in `unused`.
 
     One rule says which track a measurement belongs to. It belongs to the nearest one that its gate admits, counted in
     standard deviations, where another id counts as OTHER_ID more; a measurement of no track begins one. So tracks
-    follow obstacles with exchanged, new or missing ids, and a position that jumps gives no velocity.
+    follow obstacles with exchanged, new or missing ids, and a position that jumps gives no velocity. Beside the track
+    of its id, a measurement is compared with the CANDIDATES tracks whose positions are nearest to it.
 
     One rule says what is there. An obstacle counts from its first measurement on, and is left out after
     `confirmation` seconds until a second measurement is near it.
 
     One rule bounds the age. An obstacle without a measurement in the last `max_age` seconds is dropped. A measurement
-    more than `max_age` before the last call of `at` is not used. Of an obstacle that comes back after a longer gap the
-    estimate begins anew. Measurements later than the time of a call of `at` are kept for later calls.
+    more than `max_age` before or after the last call of `at` is not used. Of an obstacle that comes back after a longer
+    gap the estimate begins anew. Other measurements later than the time of a call of `at` are kept for later calls.
 
     One rule gives the radii. They are those of the filter until errors of its predictions are known, then those that
     held the share `calibration.confidence` of the errors so far. Errors are known when measurements are too old to
@@ -294,6 +298,9 @@ class Tracker:
         growth: [s] ahead up to which radii grow; inf: always. By then the robot has new measurements and decides anew.
             Larger: it keeps farther away, and waits more often. Smaller: it has to brake harder for those that stop or
             turn; less than the time in which it stops is not advised.
+        unused: numbers of measurements that were not used: `late` were too old, `repeated` came before, `early` are
+            later than `at` takes.
+        crowded: measurements with further tracks inside the gate than those that were compared.
     """
 
     shape: Shape = field(default_factory=lambda: Disc(0.3))
@@ -303,6 +310,8 @@ class Tracker:
     confirmation: Positive = 0.3
     calibration: Calibration | None = field(default_factory=_own_calibration)
     growth: Annotated[float, _checked_growth] = 0.5
+    unused: Counter[str] = field(default_factory=Counter, init=False, repr=False)
+    crowded: int = field(default=0, init=False, repr=False)
     _scans: list[_Scan] = field(default_factory=list, init=False, repr=False)
     _known: int = field(default=0, init=False, repr=False)  # scans whose tracks are up to date
     _before: _State = field(default=NOTHING, init=False, repr=False)  # tracks before the first scan
@@ -313,8 +322,10 @@ class Tracker:
         has(self.shape, *SHAPE, "shape")
         has(self.filter, ("begin", "predict", "correct", "distance", "estimate"), "a filter", "filter")
         if self.calibration is not None:
-            has(self.calibration, ("observe", "calibrated"), "a Calibration", "calibration")
+            has(self.calibration, ("observe", "calibrated", "forget"), "a Calibration", "calibration")
         check_fields(self)
+        if first_missing("tracks") is None:
+            assignment()  # an import within the loop would take as long as a decision may
 
     def update(
         self,
@@ -344,31 +355,42 @@ class Tracker:
         if id is None:
             require("tracks", "Tracker.update: a measurement without an id")
         if seen.of.t < self._now - self.max_age:
+            self.unused["late"] += 1
             return False
         k = bisect_left(self._scans, seen.of.t, key=lambda scan: scan.t)
         if k == len(self._scans) or self._scans[k].t != seen.of.t:
             self._scans.insert(k, _Scan(seen.of.t, [], NOTHING))
         together = self._scans[k].seen
-        if any(other.key == seen.key for other in together):
+        place = bisect_left(together, seen.key, key=lambda one: one.key)
+        if place < len(together) and together[place].key == seen.key:
+            self.unused["repeated"] += 1
             return False
-        insort(together, seen, key=lambda one: one.key)
+        together.insert(place, seen)
         self._known = min(self._known, k)
         return True
 
-    def at(self, now: float) -> tuple[Tracks | Obstacle, ...]:
+    def at(self, now: float, ahead: float | None = None) -> tuple[Tracks | Obstacle, ...]:
         """The obstacles as they are predicted at `now` [s], for the next decision.
 
         Round ones are one `Tracks`, others are obstacles; each has an uncertainty of its own, which has grown since the
         last measurement.
 
+        ahead: [s] after `now` up to which stamps of measurements count; None: `max_age`.
+
         Raises:
-            InvalidInput: a time before that of the last call.
+            InvalidInput: a time before that of the last call, see `forget`; an `ahead` below 0.
         """
         self._now = now = not_before(now, self._now, "now", "a call")
+        latest = now + (self.max_age if ahead is None else not_negative(ahead, "ahead"))
+        counted = bisect_right(self._scans, latest, key=lambda scan: scan.t)
+        self.unused["early"] += sum(len(scan.seen) for scan in self._scans[counted:])
+        del self._scans[counted:]
+        self._known = min(self._known, counted)
         self._replay()
         self._forget()
         until_now = bisect_right(self._scans, now, key=lambda scan: scan.t)
         state = self._scans[until_now - 1].after if until_now else self._before
+        self.crowded = state.crowded
         oldest, unconfirmed = now - self.max_age, now - min(self.confirmation, self.max_age)
         there = [track for track in state.tracks if track.t >= (oldest if track.confirmed else unconfirmed)]
         found = self._estimates(there, now)
@@ -376,6 +398,13 @@ class Tracker:
         turned = [one for one in found if _turned(one[0])]
         others = [self._obstacle(*one, radius) for one, radius in zip(turned, self._radii(turned))]
         return (*self._tracks(round_ones, now, self._radii(round_ones)), *others)
+
+    def forget(self) -> None:
+        """Begin anew, at any time: without measurements and tracks. What is known of errors, and `unused`, stay."""
+        self._scans, self._known, self._before = [], 0, NOTHING._replace(crowded=self.crowded)
+        self._judged = self._now = -np.inf
+        if self.calibration is not None:
+            self.calibration.forget()
 
     @property
     def ids(self) -> tuple[Hashable, ...]:
@@ -401,9 +430,8 @@ class Tracker:
             # Tracks from before are kept as the start of a replay.
             last = self._scans[count - 1].after
             self._before = last
-        self._before = _State(
-            tuple(track for track in self._before.tracks if track.t >= oldest - self.max_age), self._before.unnamed
-        )
+        kept = tuple(track for track in self._before.tracks if track.t >= oldest - self.max_age)
+        self._before = self._before._replace(tracks=kept)
         del self._scans[:count]
         self._known -= count
 
@@ -505,11 +533,14 @@ class _Joining:
 
     def __init__(self, tracker: Tracker, before: _State, t: float) -> None:
         self.tracker, self.t = tracker, t
-        self.unnamed = before.unnamed
+        self.unnamed, self.crowded = before.unnamed, before.crowded
         self.tracks = [track for track in before.tracks if t - track.t <= tracker.max_age]
         self.dropped = set[int]()
         self.taken = set[int]()
         self._ahead: dict[int, Any] = {}
+        self._of_id = defaultdict[Hashable, list[int]](list)
+        for k, track in enumerate(self.tracks):
+            self._of_id[track.id].append(k)
 
     def predicted(self, k: int) -> Any:
         """The belief of a track now."""
@@ -523,7 +554,21 @@ class _Joining:
 
     def of_id(self, id: Hashable) -> list[int]:
         """The tracks that had an id last; none of an unknown id."""
-        return [k for k, one in enumerate(self.tracks) if id is not None and one.id == id and k not in self.dropped]
+        return [] if id is None else [k for k in self._of_id[id] if k not in self.dropped]
+
+    def near(self, seen: dict[int, _Seen], among: list[int]) -> Iterator[tuple[float, int, int]]:
+        """Pairs (distance [1], measurement, track) inside the gates, of the nearest CANDIDATES `among` the tracks."""
+        most, places = len(among), np.empty(0)
+        if seen and most > (most := min(most, CANDIDATES[next(iter(seen.values())).of.position.size])):
+            places = np.array([self.tracker.filter.estimate(self.predicted(k)).state[0] for k in among])
+        for i, one in seen.items():
+            tracks = among
+            if len(places):
+                apart = ((places - one.of.position) ** 2).sum(axis=1)
+                tracks = [among[rank] for rank in np.argpartition(apart, most)[:most].tolist()]
+            inside = [(distance, i, k) for k in tracks if (distance := self.distance(one, k)) <= GATE]
+            self.crowded += len(inside) == most < len(among)
+            yield from inside
 
     def join(self, seen: _Seen, k: int, distance: float) -> None:
         """Correct a track by a measurement; the second one inside its gate confirms it in place of others of its id."""
@@ -532,6 +577,9 @@ class _Joining:
         if near and not track.confirmed:
             self.dropped |= set(self.of_id(track.id)) - {k}
         self._ahead[k] = belief = self.tracker.filter.correct(self.predicted(k), seen.of)
+        if seen.id not in (None, track.id):
+            self._of_id[track.id].remove(k)
+            insort(self._of_id[seen.id], k)
         self.tracks[k] = track._replace(
             id=track.id if seen.id is None else seen.id,
             t=self.t,
@@ -555,11 +603,13 @@ class _Joining:
         if str(name) in names:
             name = next(text for n in count(2) if (text := f"{seen.id} ({n})") not in names)
         shape, belief = seen.shape or next(iter(known), self.tracker.shape), self.tracker.filter.begin(seen.of)
+        self._of_id[seen.id].append(len(self.tracks))
         self.tracks.append(_Track(name, seen.id, self.t, belief, shape, seen.heading, False))
 
     def state(self) -> _State:
         """The tracks that are there afterwards."""
-        return _State(tuple(one for k, one in enumerate(self.tracks) if k not in self.dropped), self.unnamed)
+        there = tuple(one for k, one in enumerate(self.tracks) if k not in self.dropped)
+        return _State(there, self.unnamed, self.crowded)
 
 
 def _after(tracker: Tracker, before: _State, scan: _Scan) -> _State:
@@ -567,13 +617,11 @@ def _after(tracker: Tracker, before: _State, scan: _Scan) -> _State:
     here = _Joining(tracker, before, scan.t)
     # The pair of a track and its own id within OTHER_ID is the nearest of all pairs with either.
     waiting = [seen for seen in scan.seen if not _joined_by_id(here, seen)]
-    pairs = [(cost, i, k) for i, seen in enumerate(waiting) if seen.id is not None for k, cost in _costs(here, seen)]
-    found = nearest_first(pairs)
-    unknown = [i for i, seen in enumerate(waiting) if seen.id is None]
-    free = [k for k in range(len(here.tracks)) if k not in here.taken | here.dropped | set(found.values())]
-    if unknown and free:
-        apart = np.array([[here.distance(waiting[i], k) for k in free] for i in unknown])
-        found |= {unknown[row]: free[column] for row, column in least_sum(apart).items()}
+    named = {i: seen for i, seen in enumerate(waiting) if seen.id is not None}
+    found = nearest_first(_costs(here, named))
+    taken = here.taken | here.dropped | set(found.values())
+    unknown = {i: seen for i, seen in enumerate(waiting) if seen.id is None}
+    found |= least_sum(list(here.near(unknown, [k for k in range(len(here.tracks)) if k not in taken])))
     old = len(here.tracks)
     for i, k in found.items():
         here.join(waiting[i], k, here.distance(waiting[i], k))
@@ -603,15 +651,12 @@ def _joined_by_id(here: _Joining, seen: _Seen) -> bool:
     return True
 
 
-def _costs(here: _Joining, seen: _Seen) -> Iterator[tuple[int, float]]:
-    """Tracks that a measurement with an id may belong to, each with its distance [1], where another id counts too."""
-    own = here.of_id(seen.id)
-    for k, track in enumerate(here.tracks):
-        if k in here.dropped or not (k in own or (track.confirmed and k not in here.taken)):
-            continue
-        distance = here.distance(seen, k)
-        if distance <= GATE:
-            yield k, distance if k in own else hypot(distance, OTHER_ID)
+def _costs(here: _Joining, seen: dict[int, _Seen]) -> Iterator[tuple[float, int, int]]:
+    """Pairs of measurements with ids and tracks they may belong to, by distances [1] where another id counts too."""
+    others = [k for k, one in enumerate(here.tracks) if one.confirmed and k not in here.taken | here.dropped]
+    own = {i: here.of_id(one.id) for i, one in seen.items()}
+    yield from ((d, i, k) for i, one in seen.items() for k in own[i] if (d := here.distance(one, k)) <= GATE)
+    yield from ((hypot(d, OTHER_ID), i, k) for d, i, k in here.near(seen, others) if k not in own[i])
 
 
 def _turned(track: _Track) -> bool:
@@ -632,48 +677,3 @@ def _covariance(given: npt.ArrayLike, prefix: str, d: int, with_velocity: bool) 
             f"{prefix}covariance: expected a symmetric matrix without negative eigenvalues, found another"
         )
     return found
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Which measurement of one time belongs to which track.
-
-
-GATE: Final = 6.0
-"""[1] Standard deviations up to which a measured position may be from the predicted one of its track.
-
-People that stop or turn are up to 5.9 of those of a filter with 0.2 m/s^2/sqrt(Hz) away. Larger: an exchange of ids
-between people close to each other changes their velocities. Smaller: the track of a person that turns begins anew.
-"""
-
-OTHER_ID: Final = 3.0
-"""[1] Standard deviations for which a wrong id counts.
-
-Larger: exchanged ids are found only farther apart. Smaller: noise exchanges people that touch.
-"""
-
-
-def nearest_first(pairs: Iterable[tuple[float, int, int]]) -> dict[int, int]:
-    """The track of each measurement, from pairs (distance, measurement, track) by increasing distance.
-
-    A pair counts if neither its measurement nor its track is in one before.
-    """
-    found: dict[int, int] = {}
-    for _, measurement, track in sorted(pairs):
-        if measurement not in found and track not in found.values():
-            found[measurement] = track
-    return found
-
-
-def least_sum(distances: Array) -> dict[int, int]:
-    """The track of each measurement, of least sum of squared `distances` (measurements, tracks) [1].
-
-    A pair beyond GATE is none, and counts as one at GATE: as many pairs are made as gates admit.
-
-    Raises:
-        MissingExtra: no scipy.
-    """
-    with Extra("tracks", "measurements without ids"):
-        from scipy.optimize import linear_sum_assignment
-    rows, columns = linear_sum_assignment(np.minimum(distances, GATE) ** 2)
-    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
-    return {row: column for row, column in pairs if distances[row, column] <= GATE}

@@ -1,6 +1,7 @@
 """The loop around a navigator: states, detections, walls and goals in, a command with its status out."""
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import atan2, ceil, dist, pi
@@ -8,6 +9,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from slalom import kernels
 from slalom.base.checks import (
     GOAL,
     STATE,
@@ -16,11 +18,11 @@ from slalom.base.checks import (
     check_fields,
     has,
     listing,
-    not_before,
     not_negative,
     number,
     or_infinite,
     positive,
+    vector,
 )
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import TIME
@@ -29,9 +31,11 @@ from slalom.decision.decision import Approach
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import FollowVelocity
 from slalom.model.goal import Goal
+from slalom.model.limits import least_speed
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
+from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, listed
 from slalom.perception.tracker import Tracker
 from slalom.vehicle.decision import VehicleDecision
@@ -74,6 +78,9 @@ BACK_SHARE: Final = 0.25
 """[1] Tolerance of the end of the way back, as a share of it. Larger: it hardly backs up. Smaller: it takes longer."""
 
 
+ANEW: Final = "none came with a time of this clock"
+"""In place of an age."""
+
 DETECTED: Final = 6
 """[1] Values of a detection at most: the arguments of `Tracker.update` after the time, from the id to the heading."""
 
@@ -82,11 +89,13 @@ class DriveStatus(Enum):
     """What a driver does; the value is the sentence for the user."""
 
     WAITING = "No state has come yet; the command is to stand."
-    IDLE = "There is no goal; the robot comes to rest, and then moves only to avoid obstacles."
+    IDLE = "There is no goal; the robot brakes, and then moves only to avoid obstacles."
     DRIVING = "The robot drives to its goal."
+    YIELDING = "The robot waits for what is in its way."
     ARRIVED = "The robot has arrived; at a goal to stop at it rests, and moves only to avoid obstacles."
-    NO_STATE = "No state came within `state_timeout`; the robot brakes to rest."
-    NO_DETECTIONS = "No detections came within `detection_timeout`; the robot comes to rest, as without a goal."
+    NO_STATE = "No state came within `state_timeout`; the robot brakes."
+    NO_DETECTIONS = "No detections came within `detection_timeout`; the robot brakes, as without a goal."
+    CLOCK_JUMPED = "The clock has jumped back; the robot brakes, and begins anew with what comes from now on."
     TURNING = "The robot is stuck; it turns on the spot towards its goal."
     BACKING = "The robot is stuck; it backs up."
     NEEDS_PATH = "The robot is stuck, also after its recoveries; it needs another path or goal."
@@ -99,12 +108,24 @@ class Drive(NamedTuple):
         status: what the driver does. sentence: the same with its numbers, and the outcome of an unsafe decision.
         command: of a vehicle its `Command`, else the velocity (d,) [m/s] at the end of the period.
         decision: of the navigator; None before the first state.
+        waits_for: ids of tracks, or the name of another obstacle, for which a robot waits that is YIELDING.
+        stop: [m] way in which the robot can come to rest; inf: its limits do not let it rest.
     """
 
     status: DriveStatus
     sentence: str
     command: Command | Array
     decision: Decision | None
+    waits_for: tuple[Hashable, ...] = ()
+    stop: float = 0.0
+
+
+class _Given(NamedTuple):
+    """A state, or with None the stamp of detections."""
+
+    state: Any
+    t: float  # [s]
+    error: float = 0.0  # [m]
 
 
 class _Recovery(NamedTuple):
@@ -120,7 +141,9 @@ class Driver:
     """One robot with all that its loop needs: the last state, tracks, walls, a goal, and the last decision.
 
     Call `locate` for each state, `see` for each set of detections, `head_for` for each goal or path, and `command` once
-    a period. Set `walls` when the map changes. All times are of one clock.
+    a period. Set `walls` when the map changes. All times are of one clock, that of `command`, which judges all stamps.
+    One that is later than `now` by more than a period is not used: it replaces nothing, and renews no timeout. Where
+    `now` is before the last one, the robot brakes, and all states, detections and tracks are forgotten.
 
     Every command is a decision of the navigator, in recoveries too. Without a state for `state_timeout` the robot
     brakes to rest on its predicted motion, as hard as its limits allow. A robot that is stuck turns on the spot, then
@@ -130,8 +153,8 @@ class Driver:
         navigator: decides. tracker: estimates what `see` gets.
         walls: obstacles that are known, as `Navigator.decide` takes them.
         state_timeout: [s] age of a state after which the robot brakes to rest.
-        detection_timeout: [s] age of detections after which the robot comes to rest, from the first ones on; None: the
-            `max_age` of the tracker, after which it has forgotten all of them.
+        detection_timeout: [s] age of detections after which the robot comes to rest, from the first call of `see` on;
+            None: the `max_age` of the tracker, after which it has forgotten all of them.
         goal: the one to head for; None: none. arrived: whether it was reached; a robot that rests there drives on when
             it is farther away than twice the tolerance.
 
@@ -146,8 +169,13 @@ class Driver:
     detection_timeout: float | None = None
     goal: Goal | None = field(default=None, init=False)
     arrived: bool = field(default=False, init=False)
-    _state: Any = field(default=None, init=False, repr=False)  # with its time [s] and error [m]
-    _seen: float | None = field(default=None, init=False, repr=False)
+    _given: list[_Given] = field(default_factory=list, init=False, repr=False)  # since the last command
+    _state: _Given | None = field(default=None, init=False, repr=False)
+    _seen: float | None = field(default=None, init=False, repr=False)  # [s] -inf: not in this clock; None: never
+    _now: float = field(default=-np.inf, init=False, repr=False)  # [s] of the last command with a state in time
+    _unused: Counter[str] = field(default_factory=Counter, init=False, repr=False)
+    _told: Counter[str] = field(default_factory=Counter, init=False, repr=False)  # those that a sentence has told
+    _refused: str = field(default="", init=False, repr=False)
     _last: Any = field(default=None, init=False, repr=False)
     _on_way: Any = field(default=None, init=False, repr=False)
     _braking: tuple[float, Any] | None = field(default=None, init=False, repr=False)
@@ -155,11 +183,12 @@ class Driver:
     _tried: int = field(default=0, init=False, repr=False)
     _stuck: Approach | None = field(default=None, init=False, repr=False)
     _searched: tuple[Any, float] | None = field(default=None, init=False, repr=False)  # walls without a way, and when
-    _wider: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
+    _wider: tuple[int, Any] = field(default=(0, None), init=False, repr=False)  # steps of its margin, and a navigator
+    _yields: bool = field(default=False, init=False, repr=False)
 
     def __post_init__(self) -> None:
         has(self.navigator, ("decide", "period", "horizon", "margin"), "a Navigator", "navigator")
-        has(self.tracker, ("update", "at", "max_age"), "a Tracker", "tracker")
+        has(self.tracker, ("update", "at", "forget", "unused", "max_age"), "a Tracker", "tracker")
         check_fields(self)
         if self.detection_timeout is not None:
             self.detection_timeout = or_infinite(self.detection_timeout, "detection_timeout", positive)
@@ -170,34 +199,56 @@ class Driver:
     def locate(self, t: float, state: State | Pose, error: float = 0.0) -> None:
         """Take the state of the robot, of a vehicle its pose, as it was at time `t` [s].
 
-        error: [m] by which its position may be off. The margin grows by it, up to the next 2 cm.
+        error: [m] by which its position may be off. The margin grows by it, up to the next 2 cm, or the one after it
+            where the error has fallen.
 
         Raises:
-            InvalidInput: a state of another kind, a time before that of the last one, an error below 0.
+            InvalidInput: a state of another kind, an error below 0.
         """
         members, expected = POSE if isinstance(self.navigator, VehicleNavigator) else STATE
         has(state, members, expected, "state")
-        since = -np.inf if self._state is None else self._state[1]
-        self._state = state, not_before(t, since, "t", "a state"), not_negative(error, "error")
+        self._given.append(_Given(state, number(t, "t"), not_negative(error, "error")))
 
     def see(self, t: float, detections: Sequence[Sequence[Any]] = ()) -> int:
-        """Take what was detected at time `t` [s]; the number of detections that were too old, or came before.
+        """Take what was detected at time `t` [s]; the number of detections that are not used.
 
         detections: each (id, position), and further arguments of `Tracker.update` in its order. None of them means that
-            nothing is there: obstacles that are known are predicted up to their `max_age`.
+            nothing is there: obstacles that are known are predicted up to their `max_age`. One that `Tracker.update`
+            refuses, or of another dimension than the robot, is left out, see `lose`.
 
         Raises:
-            InvalidInput: as `Tracker.update`; something else than a list of them.
+            InvalidInput: a time that is not finite; something else than a list.
         """
         number(t, "t")
         listing(detections, "detections", "detections")
+        used = lost = 0
+        d = self.navigator.robot.dimension
         for k, each in enumerate(detections):
-            listing(each, "(id, position), and arguments of Tracker.update", f"detections[{k}]")
-            if not 2 <= len(each) <= DETECTED:
-                raise InvalidInput(f"detections[{k}]: expected 2 to {DETECTED} values, found {len(each)}")
-        used = [self.tracker.update(t, *each) for each in detections]
-        self._seen = t if self._seen is None else max(t, self._seen)
-        return len(used) - sum(used)
+            try:
+                used += self.tracker.update(t, *_detection(each, f"detections[{k}]", d))
+            except InvalidInput as error:
+                lost += 1
+                self.lose(error)
+        # Of a robot whose every detection is refused it is not known what it would have seen.
+        if lost < max(len(detections), 1):
+            self._given.append(_Given(None, t))
+        self._seen = -np.inf if self._seen is None else self._seen
+        return len(detections) - used
+
+    def lose(self, error: InvalidInput) -> None:
+        """Count a detection that was refused with this error; the sentence of the next command has it."""
+        self._unused["bad"] += 1
+        self._refused = str(error)
+        self._seen = -np.inf if self._seen is None else self._seen
+
+    @property
+    def unused(self) -> Counter[str]:
+        """Numbers of inputs that were not used.
+
+        Of detections `late`, `repeated` and `early` as of `Tracker.unused`, and `bad` ones; of states `late states` and
+        `early states`; of calls of `see` `early sets`.
+        """
+        return self._unused + self.tracker.unused
 
     def head_for(self, goal: Goal | None) -> None:
         """Take a goal or a path in place of the one before; None: come to rest.
@@ -220,10 +271,10 @@ class Driver:
         if self._state is None or before is None or goal is None:
             return goal is before
         if isinstance(before, PathGoal) and isinstance(goal, PathGoal):
-            place = self._state[0].position
+            place = self._state.state.position
             left, rest = (each.length - each.nearest(place, 0.0, each.length) for each in (goal, before))
             return left <= rest + OTHER_WAY and dist(goal.points[-1], before.points[-1]) <= goal.tolerance
-        return type(before) is type(goal) and same_goal(before, goal, self._state[1])
+        return type(before) is type(goal) and same_goal(before, goal, self._state.t)
 
     def command(self, now: float, obstacles: Obstacles = (), **further: Any) -> Drive:
         """The command for the period from `now` [s] on.
@@ -232,25 +283,32 @@ class Driver:
             obstacles: others than walls and tracks. further: arguments of `Navigator.decide`, such as robots or budget.
 
         Raises:
-            InvalidInput: a time before that of the state or of the last command, except of one without a state in
-                time; what the navigator refuses.
+            InvalidInput: what the navigator refuses.
         """
+        number(now, "now")
+        if now < self._now:
+            return self._jumped(now)
+        self._take(now)
         rest = FollowVelocity(np.zeros(self.navigator.robot.dimension))
         if self._state is None:
             still = Command(0.0, 0.0) if isinstance(self.navigator, VehicleNavigator) else rest.velocity
             return Drive(DriveStatus.WAITING, DriveStatus.WAITING.value, still, None)
         state, measured, error = self._state
-        age = not_before(now, measured, "now", "the state") - measured
+        age = max(now - measured, 0.0)
         if age > self.state_timeout + TIME:
+            if self._braking is not None and now < self._braking[0]:
+                return self._jumped(now)
             self._braking = (now, self._last if self._braking is None else self._braking[1])
             decision = self._decided(self._predicted(now), (), None, now=now, objective=rest)
-            detail = f"the last one is {age:.2f} s old, {self.state_timeout:g} s are allowed"
+            detail = f"the last one is {age:.2f} s old, {self.state_timeout:g} s are allowed" if age < np.inf else ANEW
             return self._drive(DriveStatus.NO_STATE, decision, now, detail)
         if self._braking is not None and now <= self._braking[0]:
             self._last = self._braking[1]
-        self._braking = None
+        if self._last is not None and now - self._now > self.state_timeout:
+            self._last = _resumed(self._last, self._last)  # time without commands is not time without progress
+        self._braking, self._now = None, now
         known = [each for each in listed(self.walls) if not hasattr(each, "__len__") or len(each)]
-        around = [*known, *self.tracker.at(now), *listed(obstacles)]
+        around = [*known, *self.tracker.at(now, self.navigator.period), *listed(obstacles)]
         status, detail = self._situation(now)
         further |= {"now": now, "delay": age, "error": error}
         recovery = self._recovery
@@ -267,33 +325,75 @@ class Driver:
             self._searched = None if getattr(self._on_way, "no_way", None) is None else (self.walls, now)
         if status is DriveStatus.DRIVING:
             status = self._progress(self._on_way, now)
-        return self._drive(status, self._on_way, now, detail)
+        waits_for = self._waits_for(self._on_way, now) if status is DriveStatus.DRIVING else ()
+        self._yields = bool(waits_for)
+        return self._drive(DriveStatus.YIELDING if waits_for else status, self._on_way, now, detail, waits_for)
+
+    def _take(self, now: float) -> None:
+        """Take the states and the stamps of detections up to a period after `now` [s]."""
+        latest = now + self.navigator.period + TIME
+        # Without a state in time the clock may have been ahead.
+        if self._seen is not None and self._seen > latest:
+            self._seen = -np.inf
+        if self._state is not None and self._state.t > latest:
+            self._state = self._state._replace(t=-np.inf)
+        for given in self._given:
+            kind = "sets" if given.state is None else "states"
+            if given.t > latest:
+                self._unused[f"early {kind}"] += 1
+            elif given.state is None:
+                self._seen = max(given.t, -np.inf if self._seen is None else self._seen)
+            elif self._state is None or given.t >= self._state.t:
+                self._state = given
+            else:
+                self._unused[f"late {kind}"] += 1
+        self._given = []
+
+    def _jumped(self, now: float) -> Drive:
+        """Brake, and begin anew at `now` [s], before the time of the last command."""
+        last = self._now if self._braking is None else self._braking[0]
+        predicted = self._predicted(last + self.navigator.period)
+        self.tracker.forget()
+        self._state = self._last = self._braking = self._recovery = self._stuck = self._searched = None
+        self._tried, self._now = 0, now
+        self._take(now)
+        # It may have seen its last obstacles at any time, and its state has no time without one of this clock.
+        self._seen = None if self._seen is None else -np.inf
+        self._state = self._state or _Given(predicted, -np.inf)
+        state, measured, error = self._state
+        age = now - measured if now - self.state_timeout <= measured <= now else 0.0
+        rest = FollowVelocity(np.zeros(self.navigator.robot.dimension))
+        decision = self._decided(state, (), None, error, now=now, delay=age, objective=rest)
+        return self._drive(DriveStatus.CLOCK_JUMPED, decision, now, f"from {last:g} s to {now:g} s")
 
     def _decided(self, state: Any, around: Obstacles, goal: Goal | None, error: float = 0.0, **further: Any) -> Any:
         """A decision with a margin that is larger by the error [m] of the position."""
         steps = ceil(error / ERROR_STEP - TIME)
-        if steps not in self._wider:
-            margin = self.navigator.margin + steps * ERROR_STEP
-            self._wider[steps] = replace(self.navigator, margin=margin) if steps else self.navigator
-        self._last = self._wider[steps].decide(state, around, goal, previous=self._last, **further)
+        if steps and not steps <= self._wider[0] <= steps + 1:
+            self._wider = steps, replace(self.navigator, margin=self.navigator.margin + steps * ERROR_STEP)
+        navigator = self._wider[1] if steps else self.navigator
+        self._last = navigator.decide(state, around, goal, previous=self._last, **further)
         return self._last
 
     def _predicted(self, now: float) -> Any:
         """The state of the robot if it followed its last decision; the last one before any."""
         if self._last is None:
-            return self._state[0]
+            assert self._state is not None
+            return self._state.state
         if isinstance(self._last, VehicleDecision):
             return self._last.pose_at(now)
         return self._last.state_at(now, self._last.inputs.state, self._last.inputs.now)
 
     def _situation(self, now: float) -> tuple[DriveStatus, str]:
         """The status before a decision, with its numbers; a recovery that is over ends."""
-        state, goal = self._state[0], self.goal
+        assert self._state is not None
+        state, goal = self._state.state, self.goal
         if goal is None:
             return DriveStatus.IDLE, ""
         limit = self.tracker.max_age if self.detection_timeout is None else self.detection_timeout
         if self._seen is not None and now - self._seen > limit + TIME:
-            return DriveStatus.NO_DETECTIONS, f"the last ones are {now - self._seen:.2f} s old, {limit:g} s are allowed"
+            age = f"the last ones are {now - self._seen:.2f} s old, {limit:g} s are allowed"
+            return DriveStatus.NO_DETECTIONS, age if np.isfinite(self._seen) else ANEW
         there = state.position, state.velocity, now, getattr(state, "heading", None)
         if self.arrived and goal.stop:
             self.arrived = float(np.linalg.norm(goal.position(now) - state.position)) <= 2.0 * goal.tolerance
@@ -328,7 +428,8 @@ class Driver:
 
     def _recoveries(self, decision: Decision, now: float) -> list[_Recovery | None]:
         """The recoveries in their order, from where the robot can come to rest; None for those that it cannot do."""
-        state, goal = self._state[0], self.goal
+        assert self._state is not None
+        state, goal = self._state.state, self.goal
         until = now + RECOVERY_TIME
         assert goal is not None
         navigator: Any = self.navigator
@@ -350,16 +451,78 @@ class Driver:
         backing = _Recovery(DriveStatus.BACKING, Goal(behind, BACK_SHARE * back, True, heading, FACES), until)
         return [turning, backing if vehicle is None or vehicle.backs else None]
 
-    def _drive(self, status: DriveStatus, decision: Any, now: float, detail: str) -> Drive:
+    def _waits_for(self, decision: Any, now: float) -> tuple[Hashable, ...]:
+        """All tracks on the way of a robot that stands, or comes no nearer to its goal; else the first obstacle there.
+
+        A robot that drives around other obstacles waits for none of them.
+        """
+        speeds = [float(np.linalg.norm(decision.manoeuvre.velocity(t))) for t in (now, now + self.navigator.period)]
+        limits = decision.inputs.navigator.limits
+        speeds_up = speeds[1] - speeds[0] > 0.5 * self.navigator.period * limits.max_acceleration
+        stands = max(speeds) <= SLOW * limits.max_speed and (self._yields or not speeds_up)
+        if not stands and decision.stalled < RETRY:
+            return ()
+        ids = {str(id): id for part in decision.inputs.obstacles if isinstance(part, Tracks) for id in part.ids}
+        names = decision.in_the_way
+        return tuple(ids[name] for name in names if name in ids) or names[: int(stands)]
+
+    def _drive(
+        self, status: DriveStatus, decision: Any, now: float, detail: str, waits_for: tuple[Hashable, ...] = ()
+    ) -> Drive:
         """The command of a decision."""
-        sentence = f"{status.value[:-1]} ({detail})." if detail else status.value
+        stop = _stop(self.navigator, decision)
+        details = [detail] if detail else []
+        if waits_for:
+            named, left = ", ".join(map(str, waits_for)), decision.approach.distance
+            details = [f"for {named}, {decision.stalled:.1f} s so far, {left:.2f} m before its goal"]
+        elif status is DriveStatus.DRIVING and decision.stalled >= RETRY:
+            details = [f"no nearer to it for {decision.stalled:.1f} s", *decision.in_the_way[:1]]
+        if status in BRAKES:
+            details.append(f"it can rest within {stop:.2f} m" if stop < np.inf else "its limits do not let it rest")
+        sentence = f"{status.value[:-1]} ({'; '.join(details)})." if details else status.value
         if not decision.safe:
             sentence = f"{sentence} {decision.outcome.value}"
         if status is DriveStatus.NEEDS_PATH and getattr(decision, "no_way", None) is not None:
             sentence = f"{sentence} {decision.no_way}"
+        lost = {kind: count for kind, count in (self.unused - self._told).items() if kind not in USUAL}
+        if lost:
+            counts = ", ".join(f"{count} {kind}" for kind, count in lost.items())
+            sentence = f"{sentence} Not used: {counts}{f' ({self._refused})' if 'bad' in lost else ''}."
+        self._told = self.unused
         if isinstance(decision, VehicleDecision):
-            return Drive(status, sentence, decision.command, decision)
-        return Drive(status, sentence, decision.manoeuvre.velocity(now + self.navigator.period), decision)
+            return Drive(status, sentence, decision.command, decision, waits_for, stop)
+        velocity = decision.manoeuvre.velocity(now + self.navigator.period)
+        return Drive(status, sentence, velocity, decision, waits_for, stop)
+
+
+BRAKES: Final = (
+    *(DriveStatus.IDLE, DriveStatus.YIELDING),
+    *(DriveStatus.NO_STATE, DriveStatus.NO_DETECTIONS, DriveStatus.CLOCK_JUMPED),
+)
+"""Statuses whose sentences have the way until the robot rests."""
+
+USUAL: Final = ("late", "repeated", "late states")
+"""Inputs that are not used and that no sentence has: every sensor has some."""
+
+
+def _detection(given: Sequence[Any], name: str, d: int) -> Sequence[Any]:
+    """The values of a detection. Raises InvalidInput for another number of them, or of dimensions of its position."""
+    listing(given, "(id, position), and arguments of Tracker.update", name)
+    if not 2 <= len(given) <= DETECTED:
+        raise InvalidInput(f"{name}: expected 2 to {DETECTED} values, found {len(given)}")
+    vector(given[1], f"{name}: position", d)
+    return given
+
+
+def _stop(navigator: Any, decision: Any) -> float:
+    """The way [m] in which the robot can come to rest from the state that it decided from; inf: it never rests."""
+    if isinstance(decision, VehicleDecision):
+        motions = kernels.held(navigator.vehicle.wheels, decision.motions[0], 0.0, 0.0, 0, len(decision.motions))
+        return float(np.hypot(*np.diff(motions[:, :2], axis=0).T).sum())
+    if least_speed(navigator.limits) is not None:
+        return np.inf
+    velocity = decision.inputs.state.velocity
+    return float(velocity @ velocity / (2.0 * navigator.limits.braking))
 
 
 def _resumed(last: Any, before: Any) -> Any:

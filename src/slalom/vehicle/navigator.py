@@ -23,7 +23,6 @@ from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
-from slalom.model.response import AccelerateThenBrake
 from slalom.model.shape import Disc, Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
@@ -400,11 +399,9 @@ class VehicleNavigator(SharedSettings):
         yield self._braking(moment)
 
     def _braking(self, moment: Moment) -> Proposal:
-        """The motion that brakes to rest."""
-        state = moment.state
-        brake = max(self.period, hypot(*state.velocity) / self.vehicle.wheels.max_acceleration)
-        stop = AccelerateThenBrake(self.period, brake)
-        return self._planned(moment, Manoeuvre(stop, state, -state.velocity / (brake + self.period), moment.now))
+        """The motion that brakes to rest as hard as the limits allow, on its curvature."""
+        motions = kernels.held(self.vehicle.wheels, moment.pose.motion, 0.0, 0.0, 0, self._periods)
+        return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now))
 
     def _following(self, moment: Moment, plan: Decision) -> Proposal:
         """The motion that follows a plan of the point."""

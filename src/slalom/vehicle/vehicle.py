@@ -222,7 +222,10 @@ class Vehicle(ABC):
 
     def command(self, motion: Array, end: Array) -> Command:
         """Command after which speed and turn are those of the motion `end` (5,), a period after `motion` (5,)."""
-        return Command(*(float(x) for x in kernels.actuated(self.wheels, motion, end[3], end[4], True)))
+        speed, turn = kernels.actuated(self.wheels, motion, end[3], end[4], True)
+        # Where a wheel changes its speed at the largest rate, the mean of both commands is not that of one actuator.
+        fastest, most = self.wheels.max_axle, self.wheels.max_turn
+        return Command(min(max(float(speed), -fastest), fastest), min(max(float(turn), -most), most))
 
     def drive(self, pose: Pose, command: Command, duration: float | None = None) -> Pose:
         """Pose after `duration` [s], by default the period, under a command.
@@ -325,6 +328,7 @@ class Bicycle(Vehicle):
             self.wheelbase,
             self.max_speed,
             self.max_reverse_speed,
+            self.max_speed,
             self.max_acceleration,
             self.max_steering,
             self.max_steering_rate,
@@ -416,6 +420,7 @@ class DifferentialDrive(Vehicle):
             self.track,
             speed,
             speed,
+            self.limits.max_speed,
             acceleration,
             self._turn_rate,
             min(2.0 * acceleration / self.track, self.max_turn_acceleration or np.inf),

@@ -1,8 +1,10 @@
 """The core of a node: messages in, commands out. It reads no clock and no topic, so that a replay repeats it."""
 
+from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from math import ceil
+from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -101,7 +103,9 @@ class Node:
 
     `receive` takes every message. The time of a decision is the stamp of its odometry. Commands are therefore a
     function of the messages in their order: equal messages give equal bits, live or from a bag. `overdue` has the
-    commands where no odometry came: a function of the times of receipt.
+    commands where no later odometry came: a function of the times of receipt. The clock of the driver is therefore that
+    of odometry: one before the last decision is a clock that has jumped back, see `Driver`. Of a message with
+    detections only those are left out that its reader refuses.
 
     Attributes:
         driver: decides, see `Driver`. frame: the fixed frame, in which the odometry is.
@@ -109,7 +113,6 @@ class Node:
         occupied: [%] least value of an occupied cell of a map. unknown: whether unknown cells are occupied.
         stop: whether the robot stops at its goal. tolerance: [m] of the goal.
         sigmas: standard deviations of the measured position, by its covariance, by which the margin grows.
-        unused: number of measurements that were too old, or came before.
     """
 
     driver: Driver
@@ -120,7 +123,6 @@ class Node:
     stop: bool = True
     tolerance: float = 0.2
     sigmas: float = 0.0
-    unused: int = field(default=0, init=False)
     _goal: "Placed[Goal] | None" = field(default=None, init=False, repr=False)
     _map: "Placed[OccupancyTable] | None" = field(default=None, init=False, repr=False)
     _known: OccupancyTable | None = field(default=None, init=False, repr=False)
@@ -131,7 +133,7 @@ class Node:
     _due: int = field(default=0, init=False, repr=False)  # [ns] of receipt, of the next command without odometry
 
     def __post_init__(self) -> None:
-        has(self.driver, ("locate", "command"), "a Driver", "driver")
+        has(self.driver, ("locate", "command", "lose"), "a Driver", "driver")
         self.frames = Frames(text(self.frame, "frame"))
         self.sigmas = not_negative(self.sigmas, "sigmas")
 
@@ -141,8 +143,8 @@ class Node:
         at: [ns] time of receipt on any clock, which `overdue` takes too; None: the stamp of the odometry.
 
         Raises:
-            InvalidInput: a message of another kind (see KINDS) or one that its reader refuses; an odometry in another
-                frame, or with a time before the last one; input that `Navigator.decide` refuses.
+            InvalidInput: a message of another kind (see KINDS); another one than of detections that its reader refuses;
+                an odometry in another frame; input that `Navigator.decide` refuses.
         """
         kind = next((k for k, names in KINDS.items() if all(hasattr(message, n) for n in names)), None)
         if kind == "nav_msgs/msg/Odometry":
@@ -192,14 +194,28 @@ class Node:
 
     def _take_tracks(self, message: Any) -> None:
         field = next(each for each in READERS if hasattr(message, each))
-        read = markers(message, self.frames, self.namespaces) if field == "markers" else None
-        seen = list(READERS[field](message, self.frames) if read is None else read)
-        times = {one.stamp for one in seen}
-        if not times and hasattr(message, "header"):
-            times = {nanoseconds(message.header, field)}
-        for stamp in sorted(times):
-            at_once = [one[1:] for one in seen if one.stamp == stamp]
-            self.unused += self.driver.see(self._since_first(stamp), at_once)
+        seen: dict[int, list[tuple[Any, ...]]] = {}
+        for each in getattr(message, field):
+            alone = SimpleNamespace(**{"header": getattr(message, "header", None), field: [each]})
+            try:
+                if field == "markers":
+                    read = list(markers(alone, self.frames, self.namespaces))
+                else:
+                    read = list(READERS[field](alone, self.frames))
+            except InvalidInput as error:
+                self.driver.lose(error)
+                continue
+            for one in read:
+                seen.setdefault(one.stamp, []).append(one[1:])
+        if not getattr(message, field) and hasattr(message, "header"):
+            seen[nanoseconds(message.header, field)] = []
+        for stamp, at_once in sorted(seen.items()):
+            self.driver.see(self._since_first(stamp), at_once)
+
+    @property
+    def unused(self) -> Counter[str]:
+        """Numbers of inputs that were not used, see `Driver.unused`."""
+        return self.driver.unused
 
     def _since_first(self, stamp: int) -> float:
         """Time [s] since the first stamp: since 1970, the last digits of seconds would be lost."""
@@ -254,10 +270,11 @@ class Node:
         wheels = isinstance(driver.navigator, VehicleNavigator)
         state = seen.pose if wheels else State(seen.position, seen.velocity)
         driver.locate(self._since_first(seen.stamp), state, self.sigmas * seen.error)
-        received = seen.stamp if at is None else at
-        self._odometry, self._due = (received, seen), received + ceil(driver.state_timeout * SECOND) + LATE
         since = np.inf if self._decided is None else seen.stamp - self._decided
-        if self._goal is None or since < EARLY_DECISION * driver.navigator.period * SECOND:
+        if self._odometry is None or since < 0 or seen.stamp > self._odometry[1].stamp:
+            received = seen.stamp if at is None else at
+            self._odometry, self._due = (received, seen), received + ceil(driver.state_timeout * SECOND) + LATE
+        if self._goal is None or 0 <= since < EARLY_DECISION * driver.navigator.period * SECOND:
             return None
         self._decided = seen.stamp
         return self._command(seen, seen.stamp)

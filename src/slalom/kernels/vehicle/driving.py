@@ -150,6 +150,10 @@ def within_limits(w: Wheels, m: Array, speed: float, turn: float) -> tuple[float
         slowest = reached(m[3], -w.max_reverse, w.max_acceleration, h, w.lag)
         fastest = reached(m[3], w.max_speed, w.max_acceleration, h, w.lag)
         return min(max(speed, slowest), fastest), turn
+    # Wheels with a lag would be commanded to a higher speed than the one that they are to reach.
+    slowest = reached(m[3], -w.max_axle, w.max_acceleration, h, w.lag)
+    fastest = reached(m[3], w.max_axle, w.max_acceleration, h, w.lag)
+    speed = min(max(speed, slowest), fastest)
     half = 0.5 * w.base
     left = m[3] - half * m[4]
     right = m[3] + half * m[4]
