@@ -249,7 +249,10 @@ def read_map(path: Path | str, *, occupied: float = OCCUPIED, unknown: bool = Fa
 
 
 def _checked(file: Path, root: "Node | None", content: Any) -> tuple[Path, float, Array, tuple[Any, ...]]:
-    """Image, resolution [m], origin [m, m, rad] of a map, and the arguments of `walls_child.image`. Raises InvalidFile with all its mistakes."""
+    """Image, resolution [m], origin [m, m, rad] of a map, and further arguments of `walls_child.image`.
+
+    Raises InvalidFile with all its mistakes.
+    """
     from slalom.io.yaml_nodes import place_of
 
     if not isinstance(content, dict):

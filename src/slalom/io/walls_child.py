@@ -9,7 +9,9 @@ import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator
-from math import ceil, inf, pi, sqrt, tan
+from itertools import groupby
+from math import ceil, hypot, inf, pi, sqrt, tan
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -332,6 +334,9 @@ def _numbers(text: str) -> list[float]:
 
 def _length(text: str, whole: float) -> float:
     """A length [px or units of the viewBox]; of a percentage, the share of `whole`."""
+    number = NUMBER.match(text)
+    if number and number.end() == len(text):
+        return float(text)
     number = NUMBER.match(text.strip())
     unit = text.strip()[number.end() :].strip() if number else text
     if number is None or unit not in (*UNITS, "%"):
@@ -409,21 +414,18 @@ class Drawing:
         tag = _tag(element)
         if element.get("transform"):
             matrix = matrix @ np.vstack([_transform(element.get("transform")), (0.0, 0.0, 1.0)])
-        size = {name: view[k % 2] for k, name in enumerate(("x", "y", "width", "height"))}
+        if tag in SHAPES:
+            for line in Pen(self.lines, matrix).path(_outline(element, view)):
+                self.lines.add(line @ matrix[:, :2].T + matrix[:, 2])
+            return
         if tag == "use":
-            x, y = (_length(element.get(name, "0"), size[name]) for name in ("x", "y"))
-            matrix = _moved(matrix, x, y)
-            if not self.drawn(element):
-                self.others["use of what is not drawn"] += 1
-        for part in self.drawn(element) if tag in GROUPS or tag == "use" else ():
+            matrix = _moved(matrix, *(_length(element.get(name, "0"), whole) for name, whole in zip("xy", view)))
+        for part in (drawn := self.drawn(element)):
             inner, inner_view = matrix, view
             if _tag(part) in ("svg", "symbol"):
-                inner, inner_view = _viewport(part, element if tag == "use" else part, matrix, size)
+                inner, inner_view = _viewport(part, element if tag == "use" else part, matrix, view)
             self.draw(part, inner, inner_view)
-        if tag in SHAPES:
-            for line in Pen(self.lines, float(np.linalg.norm(matrix[:, :2], 2))).path(_outline(element, view)):
-                self.lines.add(line @ matrix[:, :2].T + matrix[:, 2])
-        elif tag in LEFT_OUT:
+        if tag in LEFT_OUT or (tag == "use" and not drawn):
             self.others[tag] += 1
 
 
@@ -432,11 +434,11 @@ def _hides(style: str) -> bool:
     return re.search(r"(?:^|;)\s*display\s*:\s*none", style) is not None
 
 
-def _viewport(element: Any, sized: Any, matrix: Any, size: dict[str, float]) -> tuple[Any, tuple[float, float]]:
+def _viewport(element: Any, sized: Any, matrix: Any, view: tuple[float, float]) -> tuple[Any, tuple[float, float]]:
     """The matrix (2, 3) and the view of a `svg` or `symbol` in a drawing; `sized` has the width and the height."""
-    x, y = (_length(element.get(name, "0"), size[name]) for name in ("x", "y"))
+    x, y = (_length(element.get(name, "0"), whole) for name, whole in zip("xy", view))
     width, height = (
-        _length(sized.get(name) or element.get(name) or "100%", size[name]) for name in ("width", "height")
+        _length(sized.get(name) or element.get(name) or "100%", whole) for name, whole in zip(("width", "height"), view)
     )
     box = _numbers(element.get("viewBox", ""))
     if len(box) != 4:
@@ -458,16 +460,16 @@ def _outline(element: Any, view: tuple[float, float]) -> str:
         points = get("points", "").strip()
         return str(get("d", "")) if tag == "path" else f"M{points}{'z' * (tag == 'polygon')}" if points else ""
 
-    def size(name: str, default: str = "0") -> float:
-        whole = {"x": view[0], "w": view[0], "r": np.hypot(*view) / sqrt(2.0)}.get(name.strip("c")[0], view[1])
-        return _length(get(name) or default, whole)
+    def size(name: str, other: str = "") -> float:
+        whole = view[0] if "x" in name or name == "width" else view[1]
+        return _length(get(name) or get(other) or "0", hypot(*view) / sqrt(2.0) if name == "r" else whole)
 
     if tag == "line":
         return f"M{size('x1')} {size('y1')}L{size('x2')} {size('y2')}"
     if tag == "rect":
         x, y, w, h = (size(name) for name in ("x", "y", "width", "height"))
-        rx = min(size("rx", get("ry") or "0"), 0.5 * w)
-        ry = min(size("ry", get("rx") or "0"), 0.5 * h)
+        rx = min(size("rx", "ry"), 0.5 * w)
+        ry = min(size("ry", "rx"), 0.5 * h)
         if rx <= 0.0 or ry <= 0.0:
             return f"M{x} {y}H{x + w}V{y + h}H{x}z" if w > 0.0 and h > 0.0 else ""
         right, low, turn = x + w, y + h, f"A{rx} {ry} 0 0 1"
@@ -476,25 +478,30 @@ def _outline(element: Any, view: tuple[float, float]) -> str:
             f"H{x + rx}{turn} {x} {low - ry}V{y + ry}{turn} {x + rx} {y}z"
         )
     x, y = size("cx"), size("cy")
-    rx, ry = (size("r"),) * 2 if tag == "circle" else (size("rx", get("ry")), size("ry", get("rx")))
+    rx, ry = (size("r"),) * 2 if tag == "circle" else (size("rx", "ry"), size("ry", "rx"))
     half = f"A{rx} {ry} 0 1 1"
     return f"M{x + rx} {y}{half} {x - rx} {y}{half} {x + rx} {y}z" if rx > 0.0 and ry > 0.0 else ""
 
 
 class Pen:
-    """The lines of the paths of a shape, in its own coordinates; `scale`: [unit of the drawing] of their unit."""
+    """The lines of the paths of a shape in its own coordinates; `matrix` (2, 3) leads to those of the drawing."""
 
-    def __init__(self, lines: Lines, scale: float) -> None:
-        self.lines, self.scale = lines, scale
+    def __init__(self, lines: Lines, matrix: Any) -> None:
+        self.lines, self.matrix = lines, matrix
         self.done, self.pieces = list[Any](), list[Any]()
         self.at = self.start = self.control = np.zeros(2)
+
+    @property
+    def scale(self) -> float:
+        """[unit of the drawing] Largest length of a vector of length 1 in the drawing."""
+        return float(np.linalg.norm(self.matrix[:, :2], 2))
 
     def path(self, text: str) -> list[Any]:
         """The lines (n, 2) of the data of a path. Raises Refused for commands that are none."""
         tokens, before = re.split(r"([MmZzLlHhVvCcSsQqTtAa])", text), ""
         if tokens[0].strip() or (len(tokens) > 1 and tokens[1] not in "Mm"):
             raise Refused(f"a path that begins with {text[:100]!r}")
-        for command, values in zip(tokens[1::2], tokens[2::2]):
+        for command, values in _joined(tokens):
             kind = command.upper()
             numbers = _arcs(values) if kind == "A" else _numbers(values)
             width = WIDTHS[kind]
@@ -510,7 +517,7 @@ class Pen:
             for row in rows if kind in "CSQTA" else ():
                 origin = self.at if command.islower() else np.zeros(2)
                 if kind == "A":
-                    self.arc(*row[:5], origin + row[5:])
+                    self.arc(row[:5].tolist(), origin + row[5:])
                 else:
                     self.curve(kind, before, row.reshape(-1, 2) + origin)
                 before = kind
@@ -555,14 +562,15 @@ class Pen:
             )
         self.to(self.lines.cubic(np.vstack([self.at, corners]), self.scale))
 
-    def arc(self, rx: float, ry: float, turn: float, large: float, sweep: float, end: Any) -> None:
+    def arc(self, numbers: list[float], end: Any) -> None:
         """An arc of an ellipse. Source: SVG 1.1, appendix F.6, endpoint to center parameterization."""
+        rx, ry, turn, large, sweep = numbers
         axes = _rotation(turn) * (abs(rx), abs(ry))
         if rx == 0.0 or ry == 0.0 or np.array_equal(end, self.at):
             self.to(end[None])
             return
         # In the frame in which the ellipse is the unit circle, unless it is too small for the end.
-        half = np.linalg.solve(axes, 0.5 * (self.at - end))
+        half = _rotation(turn).T @ (0.5 * (self.at - end)) / (abs(rx), abs(ry))
         far = max(float(np.hypot(*half)), 1.0)
         half, axes = half / far, axes * far
         away = sqrt(max(1.0 / float(half @ half) - 1.0, 0.0)) * (-1.0 if large == sweep else 1.0)
@@ -575,6 +583,16 @@ class Pen:
         points = middle + np.stack([np.cos(angles), np.sin(angles)], axis=1) @ axes.T
         points[-1] = end
         self.to(points)
+
+
+def _joined(tokens: list[str]) -> Iterator[tuple[str, str]]:
+    """The commands of a path with the numbers after them: of several equal ones, those of all."""
+    for command, several in groupby(zip(tokens[1::2], tokens[2::2]), itemgetter(0)):
+        values = [numbers for _, numbers in several]
+        if command in "MmZz" or not all(map(str.strip, values)):
+            yield from ((command, numbers) for numbers in values)
+        else:
+            yield command, " ".join(values)
 
 
 WIDTHS: Final = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 1}
