@@ -95,10 +95,10 @@ def read_walls(path: Path | str, unit: float | str | None = None) -> Walls:
     if given is not None and row.unit is None:
         raise InvalidInput(f"unit: expected none for {file.name}, which states its own, found {unit}")
     read = row.reader(file, given or row.unit or 1.0)
+    drawn = Drawn((), 1.0) if isinstance(read, OccupancyTable) else read
     if isinstance(read, OccupancyTable):
-        walls, corners, drawn = read.given, read.outlines.at_horizon.corners[:, :2], Drawn((), 1.0)
+        walls, corners = read.given, read.outlines.at_horizon.corners[:, :2]
     else:
-        drawn = read
         if given is None and drawn.unit == 0.0:
             found = "positions that are degrees by the standard of the format: project them, or give m if they are none"
             raise InvalidFile([f"{file}: expected a unit, found {found}"])

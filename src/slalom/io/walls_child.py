@@ -51,7 +51,8 @@ def expanded(root: Hashable, inside: Callable[[Any], tuple[float, list[tuple[Any
 
     A part that contains itself makes the weight infinite.
     """
-    weights, depths, stated, stack = dict[Any, float](), dict[Any, int](), 0.0, [root]
+    weights, depths = dict[Any, float](), dict[Any, int]()
+    stated, stack = 0.0, [root]
     while stack:
         part = stack[-1]
         own, parts = inside(part)
@@ -472,7 +473,8 @@ def _outline(element: Any, view: tuple[float, float]) -> str:
         ry = min(size("ry", "rx"), 0.5 * h)
         if rx <= 0.0 or ry <= 0.0:
             return f"M{x} {y}H{x + w}V{y + h}H{x}z" if w > 0.0 and h > 0.0 else ""
-        right, low, turn = x + w, y + h, f"A{rx} {ry} 0 0 1"
+        right, low = x + w, y + h
+        turn = f"A{rx} {ry} 0 0 1"
         return (
             f"M{x + rx} {y}H{right - rx}{turn} {right} {y + ry}V{low - ry}{turn} {right - rx} {low}"
             f"H{x + rx}{turn} {x} {low - ry}V{y + ry}{turn} {x + rx} {y}z"
@@ -640,8 +642,8 @@ def image(path: str, size: int, mode: str, negate: bool, occupied: float, free: 
     picture.load()
     opaque: Any = True
     if picture.mode.startswith("I"):
-        sums, full, count = np.asarray(picture, dtype=np.int32), 65535, 1
-        sums = np.clip(sums, 0, full)
+        full, count = 65535, 1
+        sums = np.clip(np.asarray(picture, dtype=np.int32), 0, full)
     else:
         rgba, full = np.asarray(picture.convert("RGBA")), 255
         has_opacity = "A" in picture.getbands() or "transparency" in picture.info
