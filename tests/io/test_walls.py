@@ -1,5 +1,7 @@
 """Walls of files: the coordinates of the file times the unit, in scenarios, on the command line and in pictures."""
 
+from collections.abc import Callable
+from math import comb
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import given, settings, strategies as st
 from recording_formats import RECORDED
-from wall_files import MOVINGAI, SVG, dxf, written
+from wall_files import MOVINGAI, SVG, blocks, collections, dxf, features, insert, svg, written
 
 from slalom import METHODS, InvalidFile, Polyline, Stationary, read_walls
 from slalom.base.errors import MissingExtra
@@ -103,7 +105,6 @@ def test_drawings_in_dxf_have_units_and_arcs(unit: int | None, given: str | floa
 
 
 def test_drawings_in_svg_are_in_units_of_their_view_box(tmp_path: Path) -> None:
-    pytest.importorskip("svgelements", reason="slalom[walls] is not installed")
     box, arc = lines(written(tmp_path, "a.svg", SVG), 0.5)
     assert np.allclose(box, [[0.5, 1], [2.5, 1], [2.5, 1.5], [0.5, 1.5], [0.5, 1]])
     away = np.hypot(*(np.array(arc) - (3, 3.5)).T)
@@ -111,11 +112,83 @@ def test_drawings_in_svg_are_in_units_of_their_view_box(tmp_path: Path) -> None:
     assert 1.0 - shapely.Point(3, 3.5).distance(shapely.LineString(arc)) <= 0.0051
 
 
+SVG_LINES = {
+    '<path d="M1 1 l1 0 0 1z m5 0h1v1H6V1"/>': [
+        [[1, 1], [2, 1], [2, 2], [1, 1]],
+        [[6, 1], [7, 1], [7, 2], [6, 2], [6, 1]],
+    ],
+    '<path d="M1-1.5.5.5L2 2ZL3 3"/>': [[[1, -1.5], [0.5, 0.5], [2, 2], [1, -1.5]], [[1, -1.5], [3, 3]]],
+    '<g transform="translate(1 2) rotate(90) scale(2)"><line x1="1" x2="3" y2="1"/></g>': [[[1, 4], [-1, 8]]],
+    '<defs><polygon id="a" points="0,0 1,0 0,1"/></defs><use href="#a" x="2"/>': [[[2, 0], [3, 0], [2, 1], [2, 0]]],
+    '<symbol id="a" viewBox="0 0 1 1"><line x2="1"/></symbol><use href="#a" width="4" height="2"/>': [[[1, 0], [3, 0]]],
+    '<svg x="1" width="50%" viewBox="1 0 9 9"><polyline points="1 0 10 0"/></svg>': [[[1, 2.25], [5.5, 2.25]]],
+    '<style>.a, .b {display: none}</style><line class="c b" x2="1"/><line x2="10%"/>': [[[0, 0], [0.9, 0]]],
+    '<g style="fill:red; display:none"><line x2="1"/></g><line display="none" x2="1"/><line x2="1in"/>': [
+        [[0, 0], [96, 0]]
+    ],
+}
+
+
+@pytest.mark.parametrize("body", SVG_LINES)
+def test_elements_of_svg_are_where_they_are_drawn(body: str, tmp_path: Path) -> None:
+    found = lines(written(tmp_path, "a.svg", svg(body)), 1.0)
+    assert [len(line) for line in found] == [len(line) for line in SVG_LINES[body]]
+    assert all(np.allclose(line, wanted) for line, wanted in zip(found, SVG_LINES[body], strict=True))
+
+
+def bezier(*corners: tuple[float, float]) -> Callable[[np.ndarray], np.ndarray]:
+    """A Bezier curve by its definition."""
+    n = len(corners) - 1
+    return lambda s: sum(np.outer(comb(n, k) * (1 - s) ** (n - k) * s**k, corner) for k, corner in enumerate(corners))
+
+
+def arc(rx: float, ry: float, angle: float) -> Callable[[np.ndarray], np.ndarray]:
+    """An arc of an ellipse from its left end on."""
+    return lambda s: np.stack([rx - rx * np.cos(angle * s), -ry * np.sin(angle * s)], axis=1)
+
+
+CURVES = {
+    "C1 2 3 -1 4 0": bezier((0, 0), (1, 2), (3, -1), (4, 0)),
+    "Q2 4 4 0": bezier((0, 0), (2, 4), (4, 0)),
+    "A2 1 0 0 1 4 0": arc(2, 1, np.pi),
+    "a1 .5 0 014 0": arc(2, 1, np.pi),
+    "A1 1 0 11 1 1": arc(1, 1, 1.5 * np.pi),
+}
+
+
+@pytest.mark.parametrize(("data", "formula"), CURVES.items())
+def test_curves_of_svg_are_within_5_mm_of_their_lines(data: str, formula: Callable, tmp_path: Path) -> None:
+    """Also where a transformation shears them."""
+    place = 'transform="matrix(1 0 1 2 3 4)"'
+    (found,) = lines(written(tmp_path, "a.svg", svg(f'<path {place} d="M0 0{data}"/>')), 1.0)
+    exact = formula(np.linspace(0.0, 1.0, 2001)) @ np.array([[1, 0], [1, 2]]) + (3, 4)
+    assert np.allclose((found[0], found[-1]), (exact[0], exact[-1]))
+    assert shapely.hausdorff_distance(shapely.LineString(found), shapely.LineString(exact)) < 0.0051
+
+
+@pytest.mark.parametrize(("crs", "unit", "read"), [("", 1.0, True), ("EPSG:25832", None, True), ("", None, False)])
+def test_geojson_that_may_be_in_degrees_needs_a_unit(crs: str, unit: float | None, read: bool, tmp_path: Path) -> None:
+    path = written(
+        tmp_path, "a.geojson", features('{"type": "LineString", "coordinates": [[8.5, 47.3], [8.6, 47.3]]}', crs)
+    )
+    if read:
+        assert lines(path, unit) == [[[8.5, 47.3], [8.6, 47.3]]]
+    else:
+        with pytest.raises(InvalidFile, match="expected a unit, found positions that are degrees"):
+            read_walls(path, unit)
+
+
+def test_collections_of_collections_are_walls(tmp_path: Path) -> None:
+    """Also those of a file that the limits just allow."""
+    for depth in (3, 98):
+        assert lines(written(tmp_path, "a.wkt", collections(depth))) == [[[0, 0], [1, 1]]]
+    assert len(lines(written(tmp_path, "a.dxf", blocks({"A": insert("B0", 10)}, insert("A", 10))))) == 10_000
+
+
 def test_drawings_name_the_extra_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, module, content in (("a.dxf", "ezdxf", dxf()), ("a.svg", "svgelements", SVG)):
-        monkeypatch.setitem(__import__("sys").modules, module, None)
-        with pytest.raises(MissingExtra, match=r"read_walls: .*slalom\[walls\]"):
-            read_walls(written(tmp_path, name, content), 1.0)
+    monkeypatch.setitem(__import__("sys").modules, "ezdxf", None)
+    with pytest.raises(MissingExtra, match=r"read_walls: .*slalom\[walls\]"):
+        read_walls(written(tmp_path, "a.dxf", dxf()), 1.0)
 
 
 def test_a_scenario_names_a_file_of_walls(tmp_path: Path) -> None:

@@ -170,6 +170,5 @@ def read_with(program: str, folder: Path) -> Recording:
     assert child.count(place) == 1
     (folder / "child.py").write_text(child.replace(place, f"    {program}\n{place}"))
     write_run(folder / "a.h5")
-    reader = hdf5.Reader(folder / "child.py")
-    with patch.object(hdf5, "READER", reader), patch.object(hdf5, "HDF5_SECONDS", 0.05):
+    with patch.object(hdf5, "CHILD", folder / "child.py"), patch.object(hdf5, "HDF5_SECONDS", 0.05):
         return Recording.load(folder / "a.h5")

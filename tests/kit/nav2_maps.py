@@ -1,12 +1,14 @@
 """Maps of nav2 for tests, and what `occupancy` and `read_map` refuse."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from slalom import occupancy, read_map
+from slalom.io import walls_child
 
 KEYS = {
     "image": "map.pgm",
@@ -60,6 +62,24 @@ def no_image(folder: Path) -> object:
     return read_map(path)
 
 
+def read_image(pixels: np.ndarray, read: Callable[[Path], object], folder: Path) -> object:
+    """Read a map whose image is a small file with many cells."""
+    Image.fromarray(pixels).save(folder / "map.png")
+    return read(map_file(folder, image="map.png"))
+
+
+def image_here(path: Path) -> object:
+    """Read the image of a map as the process does that reads it."""
+    image = path.with_name("map.png")
+    return walls_child.image(str(image), image.stat().st_size, "trinary", False, 0.65, 0.25)
+
+
+REFUSED_IMAGES = {
+    "8200 x 8200 cells, more than 67108864": np.zeros((8200, 8200), np.bool_),
+    "2998500 changes between cells in .* bytes": np.indices((1500, 2000)).sum(axis=0) % 2 == 0,
+}
+"""What the process that reads images refuses, and the pixels of one."""
+
 CELLS = np.zeros((3, 4), np.int8)
 OF_GRIDS: dict[str, Callable[[Path], object]] = {
     r"grid: expected rows of one length": lambda _: occupancy([[0, 100], [0]], 0.1),
@@ -88,7 +108,7 @@ OF_MAPS: dict[str, Callable[[Path], object]] = {
     r"map\.yaml: resolution: expected this key, found none": changed(resolution=None),
     r"map\.yaml:2:13: resolution: expected a number above 0, found -1": changed(resolution="-1"),
     r"map\.yaml:1:8: image: expected text, found 7": changed(image="7"),
-    r"expected an image that can be read, found a folder": changed(image='""'),
+    r"expected a readable image, found a folder": changed(image='""'),
     r"map\.yaml:3:9: origin: expected .*\(3,\), found .*\(2,\)": changed(origin="[1.0, 2.0]"),
     r"map\.yaml:3:9: origin: expected numbers": changed(origin="[1.0, north, 0.0]"),
     r"map\.yaml:4:9: negate: expected True or False, found 2": changed(negate="2"),
@@ -97,8 +117,12 @@ OF_MAPS: dict[str, Callable[[Path], object]] = {
     r"map\.yaml:7:7: mode: expected one of trinary, scale, raw; found 'trinay'.*trinary": changed(mode="trinay"),
     r"map\.yaml:\d+:\d+: expected YAML": lambda f: read_map(text_file(f, "image: [")),
     r"nowhere\.yaml: expected a readable YAML file, found no such file": lambda f: read_map(f / "nowhere.yaml"),
-    r"map\.pgm: expected an image that can be read, found no such file": no_image,
-    r"map\.pgm: expected an image that Pillow reads, found another file": not_an_image,
+    r"map\.pgm: expected a readable image, found no such file": no_image,
+    r"map\.pgm: expected an image that can be read, found another file": not_an_image,
     r"map\.pgm: expected an image that can be read, found": cut_image,
+    **{
+        rf"map\.png: expected an image that can be read, found {said}": partial(read_image, pixels, read_map)
+        for said, pixels in REFUSED_IMAGES.items()
+    },
 }
 """Of maps in files."""

@@ -23,12 +23,12 @@ import pytest
 from cyclopts import CoercionError
 from hdf5_files import OF_LIBRARY, OF_RECORDING, changed, read_here, read_with, write_run
 from matplotlib.figure import Figure
-from nav2_maps import OF_GRIDS, OF_MAPS
+from nav2_maps import OF_GRIDS, OF_MAPS, REFUSED_IMAGES, image_here, read_image
 from pydantic_core import PydanticKnownError
 from recording_formats import WALK, write_hdf5
 from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS
 from ros_messages import BAGS
-from wall_files import OF_WALL_FILES, OF_WALL_UNITS
+from wall_files import OF_WALL_FILES, OF_WALL_UNITS, REFUSED_WALLS, read_wall_here, with_fewer_points
 
 import slalom
 from slalom import (
@@ -101,6 +101,7 @@ from slalom import (
 from slalom.base import checks
 from slalom.base.errors import require
 from slalom.cli import console
+from slalom.io import walls_child
 from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.hdf5_child import Refused
 from slalom.io.pedestrians import read_cases, rows_of_queries
@@ -1571,10 +1572,10 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"sample\.json: expected a list of records, found dict": nuscenes(sample="{}"),
     r"sample\.json: expected records with a token, found others": nuscenes(sample="[3]"),
     r"a\.csv: expected a text of at most 0 MB, found more": packed_too_much,
-    r"walls\.sqlite: geometry: expected WKT, found ": database_of_walls("POLYGON"),
+    r"walls\.sqlite: geometry: expected areas in WKT, found ": database_of_walls("POLYGON"),
     r"walls\.sqlite: geometry: expected areas in WKT, found 'POINT \(0 0\)'": database_of_walls("POINT (0 0)"),
     r"a\.csv:1: expected a header with case,agent,.*, found 'case'": reading(read_cases, "a.csv", "case\n0\n"),
-    r"archive\.h5: wkt_geometry: expected WKT, found ": archive(wkt="POLYGON"),
+    r"archive\.h5: wkt_geometry: expected areas in WKT, found ": archive(wkt="POLYGON"),
     r"archive\.h5: wkt_geometry: expected areas in WKT, found array\(5": archive(wkt=5),
     r"archive\.h5: expected records `trajectory` with .*, found fps: expected it in the file": archive(fps=None),
     r"archive\.h5: expected records `trajectory` with .*, found fps: expected a number above 0": archive(fps=0.0),
@@ -1626,7 +1627,7 @@ FILES: dict[str, Callable[[Path], object]] = {
         for program, said in (
             ("while True: pass", "one on which reading takes more than .* s( of processor time)?$"),
             ("import time; time.sleep(1e3)", "one on which reading takes more than .* s$"),
-            ("import os; os.abort()", "one on which the HDF5 library crashes"),
+            ("import os; os.abort()", "one on which the library that reads it crashes"),
         )
     },
     **{
@@ -1713,6 +1714,15 @@ OTHERS = [
     *(
         Case(InvalidFile, rf"a\.h5: .*{said}", lambda f, what=what: Recording.load(changed(what, f)))
         for what, (_, said) in OF_RECORDING.items()
+    ),
+    *(
+        Case(Exception, said, partial(read_wall_here, name=name, content=content))
+        for said, (name, content) in REFUSED_WALLS.items()
+    ),
+    Case(walls_child.Refused, "2 points, more than 1", with_fewer_points),
+    *(
+        Case(walls_child.Refused, said, partial(read_image, pixels, image_here))
+        for said, pixels in REFUSED_IMAGES.items()
     ),
     *(
         Case(Refused, OF_LIBRARY[what][1], lambda folder, what=what: read_here(changed(what, folder)))

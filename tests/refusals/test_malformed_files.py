@@ -14,11 +14,13 @@ import numpy as np
 import pytest
 from draws import commit_number, draws
 from hdf5_files import OF_LIBRARY, changed, write_run
+from nav2_maps import KEYS, text_file
+from PIL import Image
 from recording_formats import SAMPLES, WALK, Sample
 from scenario_texts import EVERYTHING, GROUP
-from wall_files import MOVINGAI, SVG, dxf
+from wall_files import MOVINGAI, SVG, dxf, features
 
-from slalom import InvalidFile, SlalomError, read_walls
+from slalom import InvalidFile, SlalomError, read_map, read_walls
 from slalom.base.errors import MESSAGE_LINE
 from slalom.cli import call
 from slalom.io.formats import read_recording
@@ -49,6 +51,18 @@ def write_scenario(path: Path) -> None:
     """A scenario file with every key, and the recording that it names."""
     SAMPLES["csv"].write(path.with_name("tracks.csv"), [(10 * k, a, x, y) for k, a, x, y in WALK])
     path.write_text(EVERYTHING)
+
+
+def write_image(path: Path) -> None:
+    """The image of a map."""
+    Image.fromarray(np.eye(9, dtype=np.uint8) * 255).save(path)
+
+
+def read_image(path: Path) -> object:
+    """The map of an image."""
+    return read_map(
+        text_file(path.parent, "".join(f"{name}: {value}\n" for name, value in {**KEYS, "image": "map.png"}.items()))
+    )
 
 
 def crossed(path: Path, sample: Sample) -> object:
@@ -94,17 +108,19 @@ KINDS = {
         suffix: Good(f"a.{suffix}", text(content), (partial(read_walls, unit=1.0),))
         for suffix, content in (
             ("wkt", "POLYGON ((0 0, 4 0, 4 1, 0 0))"),
+            ("geojson", features('{"type": "Polygon", "coordinates": [[[0, 0], [4.5, 0], [4, 1], [0, 0]]]}')),
             ("map", MOVINGAI),
             ("svg", SVG),
             ("dxf", dxf()),
         )
     },
+    "image": Good("map.png", write_image, (read_image,)),
     "hdf5": Good("a.h5", write_run, (Recording.load,)),
 }
 """Every kind of files that slalom reads."""
 
 CHUNKS, MUTATIONS = 25, 5
-"""Runs of the test for each kind, and changed files of each: 4125 of the 33 kinds."""
+"""Runs of the test for each kind, and changed files of each: 4375 of the 35 kinds."""
 
 WORDS = (
     *(b"", b"\0", b"\n", b"\r", b" ", b",", b'"', b"'", b"-", b"#", b":", b"[", b"{", b"}", b"<", b">", b"&a ", b"*a"),

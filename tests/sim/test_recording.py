@@ -29,7 +29,7 @@ from slalom import (
 from slalom.base.registry import from_plain, to_plain
 from slalom.decision.document import RESPONSE_KINDS
 from slalom.decision.objective import OBJECTIVES
-from slalom.io import hdf5
+from slalom.io import limited
 from slalom.model.bounds import BOUNDS as BOUND_KINDS
 from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import SHAPES
@@ -138,14 +138,14 @@ def test_files_are_read_after_one_that_is_not(saved: tuple[Recording, Path], tmp
     """By the same process as long as each is read, by another one afterwards; threads and forks read the same."""
     (tmp_path / "text.h5").write_text("text")
     assert Recording.load(saved[1]).digest() == saved[0].digest()
-    reader = hdf5.READER.process
+    reader = limited.READER.process
     assert Recording.load(saved[1]).digest() == saved[0].digest()
-    assert reader is hdf5.READER.process
+    assert reader is limited.READER.process
     with pytest.raises(InvalidFile):
         Recording.load(tmp_path / "text.h5")
     with ThreadPoolExecutor(4) as pool:
         assert {run.digest() for run in pool.map(Recording.load, [saved[1]] * 8)} == {saved[0].digest()}
-    assert hdf5.READER.process is not reader
+    assert limited.READER.process is not reader
     child = os.fork()
     if child == 0:
         os._exit(Recording.load(saved[1]).digest() != saved[0].digest())

@@ -1,18 +1,9 @@
-"""Program that reads HDF5 files and writes their content to stdout; `io.hdf5` runs it in a process of its own.
+"""Reader of HDF5 files, which runs in the process of `io.limited`: it imports nothing of slalom.
 
-The HDF5 library does not check its files: a malformed one can make it hang, crash or take all memory. Each line of
-stdin is the arguments of `answer` as JSON. The answer is one line of JSON, followed by the bytes of the arrays in the
-order of the line. The line holds `mistake`, a text, or `tree` and `arrays`, the type and shape of each array. A tree
-has `attributes`, `groups` and `datasets` by name. A value is the number of its array, or `texts` and `shape`.
-An array of records is a group with an array for each field. The
-program ends at the end of stdin, and after a mistake, since the state of the library is then unknown.
-
-The program imports nothing of slalom, so that it starts fast.
+A tree has `attributes`, `groups` and `datasets` by name. A value is the number of its array, or `texts` and `shape`.
+An array of records is a group with an array for each field.
 """
 
-import json
-import signal
-import sys
 from typing import Any
 
 import h5py
@@ -121,47 +112,13 @@ class Content:
         return {"texts": texts, "shape": list(shape)}
 
 
-def bound(seconds: float, memory: int) -> None:
-    """Bound the processor time [s] from now on and the memory [B], where the operating system can; 0 s: no bound."""
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (memory, resource.getrlimit(resource.RLIMIT_AS)[1]))
-        # The signal ends the process, also inside of the HDF5 library.
-        signal.setitimer(signal.ITIMER_PROF, seconds)
-
-
-def answer(path: str, most: int, depth: int, seconds: float, memory: int) -> bool:
-    """Write the content of a file to stdout; whether the file could be read."""
-    bound(seconds, memory)
-    content: Content | None = None
+def read(path: str, most: int, depth: int) -> tuple[dict[str, Any], list[Any]]:
+    """Return the tree of a file and its arrays. Raises Refused, and what h5py raises."""
     try:
         with h5py.File(path, "r") as file:
             content = Content(file, most, depth)
-        line = {"tree": content.tree, "arrays": [[a.dtype.str, a.shape] for a in content.arrays]}
-    except Exception as error:
-        # Every error of h5py for a malformed file, and MemoryError, is a reason why the file cannot be read.
-        text = " ".join(str(error).split()) or type(error).__name__
-        line = {"mistake": "a file of another kind" if "file signature not found" in text else text}
-        content = None
-    sys.stdout.buffer.write(json.dumps(line).encode() + b"\n")
-    for array in content.arrays if content else ():
-        sys.stdout.buffer.write(array.tobytes())
-    sys.stdout.buffer.flush()
-    bound(0.0, memory)
-    return content is not None
-
-
-def main() -> None:
-    """Answer every line of stdin."""
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    for line in sys.stdin:
-        if not answer(*json.loads(line)):
-            return
-
-
-if __name__ == "__main__":
-    main()
+    except OSError as error:
+        if "file signature not found" in str(error):
+            raise Refused("a file of another kind") from None
+        raise
+    return content.tree, content.arrays

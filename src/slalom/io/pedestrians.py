@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-import shapely
 
 from slalom.base.checks import Array, positive, shown
 from slalom.base.errors import InvalidFile, InvalidInput, require
 from slalom.base.tolerances import LARGEST
 from slalom.io.hdf5 import Texts, member, numbers, read_tree, scalar
 from slalom.io.layout import frame_step, length_unit
+from slalom.io.limited import within_limits
 from slalom.io.recorded import BOUNDING_BOX, Mistake, Rows, counted, refuse
 from slalom.io.sheet import comma_table
 from slalom.io.table import MAX_ROWS, Table, file_size, text_of
@@ -300,13 +300,9 @@ def pedpy_hdf5(path: Path) -> Rows:
 
 def _rings(path: Path, name: str, wkt: Any) -> list[Array]:
     """Return the borders (n, 2) [m] of the areas of a text in WKT, first point last again; `name` is for messages."""
-    try:
-        # Once for a collection, once for the areas of its parts.
-        areas = shapely.get_parts(shapely.get_parts(shapely.from_wkt(wkt))) if isinstance(wkt, str) else []
-    except shapely.errors.ShapelyError as error:
-        raise InvalidFile([f"{path}: {name}: expected WKT, found {error}"]) from None
-    borders = shapely.remove_repeated_points(shapely.get_rings(areas))
-    rings = [shapely.get_coordinates(border) for border in borders]
+    text = wkt if isinstance(wkt, str) else ""
+    tree, (points, counts) = within_limits(f"{path}: {name}", len(text), "areas in WKT", "wkt", text)
+    rings = np.split(points, np.cumsum(counts)[: tree["areas"]])[: tree["areas"]]
     if not rings or not all(np.isfinite(ring).all() and np.abs(ring).max() <= LARGEST for ring in rings):
         raise InvalidFile([f"{path}: {name}: expected areas in WKT, found {shown(wkt)}"])
-    return rings
+    return [ring[np.append(True, (ring[1:] != ring[:-1]).any(axis=1))] for ring in rings]

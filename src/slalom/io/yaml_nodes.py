@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import CollectionEndEvent, CollectionStartEvent
@@ -14,6 +13,7 @@ from slalom.base.checks import shown
 from slalom.base.errors import InvalidFile
 from slalom.io.recorded import first_of
 from slalom.io.table import text_of
+from slalom.io.walls_child import expanded
 
 YAML_DEPTH: Final = 100
 """[1] Lists and mappings within each other in a YAML file.
@@ -66,20 +66,7 @@ def _refuse_depth(path: Path, text: str) -> None:
 
 def _refuse_size(path: Path, root: Node | None) -> None:
     """Raise InvalidFile for a file whose aliases make it larger than YAML_VALUES, or contain themselves."""
-    sizes: dict[int, float] = {}
-    stack = [root] if root is not None else []
-    while stack:
-        node = stack[-1]
-        # Until it is known: that of a node that contains itself stays infinite.
-        sizes.setdefault(id(node), np.inf)
-        inside = _inside(node)
-        unseen = [one for one in inside if id(one) not in sizes]
-        if unseen:
-            stack += unseen
-        else:
-            sizes[id(node)] = 1.0 + sum(sizes[id(one)] for one in inside)
-            stack.pop()
-    if root is not None and sizes[id(root)] > YAML_VALUES:
+    if root is not None and expanded(root, lambda node: (1.0, [(one, 1) for one in _inside(node)]))[0] > YAML_VALUES:
         raise InvalidFile([f"{path}: expected at most {YAML_VALUES} values, found more by aliases"])
 
 

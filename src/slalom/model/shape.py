@@ -194,7 +194,12 @@ class Polyline(_Shaped):
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        return tuple(_segment(a, b, self.radius) for a, b in zip(self.points[:-1], self.points[1:]))
+        return tuple(Part(ends, self.radius) for ends in np.stack([self.points[:-1], self.points[1:]], axis=1))
+
+    @cached_property
+    def bounding_radius(self) -> float:
+        # Of all points at once: walls of files have up to millions.
+        return float(np.linalg.norm(self.points, axis=1).max()) + self.radius
 
 
 @dataclass(frozen=True, eq=False)
