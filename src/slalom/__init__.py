@@ -10,6 +10,15 @@ without numpy, `slalom.Disc` without numba. `slalom.sim` and `slalom.view` are e
 packages are not installed.
 """
 
+import _signal
+import os
+import sys
+
+if sys.orig_argv[1:3] == ["-m", "slalom"] or os.path.basename((sys.argv or [""])[0]).partition(".")[0] == "slalom":
+    # Of the command alone: after Ctrl-C it ends without a traceback also while it is imported, see `__main__`.
+    # Not by the module `signal`, whose import takes longest.
+    _signal.signal(_signal.SIGINT, lambda *_: os._exit(130))
+
 import lazy_loader
 
 from slalom.base.errors import MODULES, first_missing

@@ -1,18 +1,39 @@
 """The command `slalom`, also `python -m slalom`: the command line, if its extra is installed."""
 
+import os
+import signal
 import sys
+from typing import Final
 
 from slalom.base.errors import MissingExtra
 
+INTERRUPTED: Final = 130
+"""Exit code after Ctrl-C, as that of shells."""
+
 
 def main() -> None:
-    """Run the command line and exit; without its packages, name the extra with exit code 2."""
+    """Run the command line and exit; without its packages, name the extra with exit code 2; after Ctrl-C with 130."""
+    # Imports and the end of the process have nothing to clean up. Interrupted there, Python prints where it was.
+    signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+    sys.exit(_code())
+
+
+def _code() -> int:
+    """The exit code of the command line."""
     try:
-        from slalom.cli import main as run
+        from slalom.cli import call
     except MissingExtra as error:
         sys.stderr.write(f"{error}\n")
-        sys.exit(2)
-    run()
+        return 2
+    ending = signal.getsignal(signal.SIGINT)
+    try:
+        # A command removes what it began to write.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        return call()
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    finally:
+        signal.signal(signal.SIGINT, ending)
 
 
 if __name__ == "__main__":

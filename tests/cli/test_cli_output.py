@@ -2,6 +2,10 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +17,9 @@ from slalom.cli.others import TABLES
 from slalom.cli.report import milliseconds
 
 ROOT = Path(__file__).parents[2]
+STARTED = "import sys, runpy; sys.argv[:] = ['slalom', *sys.argv[1:]]; print(flush=True); "
+"""The beginning of a command, which says when Python itself has begun: before that Ctrl-C is not of slalom."""
+ENTRIES = ("from slalom.__main__ import main; main()", "runpy.run_module('slalom', run_name='__main__')")
 RUN = ["run", "empty", "--set", "duration=0.3"]
 LONG = {
     "run": RUN,
@@ -111,3 +118,18 @@ def test_commands_that_texts_name_exist(named: str) -> None:
     found = {(page, name) for page, text in texts().items() for name in re.findall(named, text)}
     assert len({name for _, name in found}) > 5
     assert not {(page, name) for page, name in found if not known(name)}
+
+
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_ctrl_c_ends_a_command_silently_from_its_first_moment(entry: str) -> None:
+    """During the imports, and in the run."""
+    for delay in (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6):
+        words = [sys.executable, "-c", STARTED + entry, "run", "empty", "--set", "duration=2000"]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            process.stdout.readline()
+            time.sleep(delay)
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=60)
+        # A signal before the first line of slalom ends Python by itself.
+        assert process.returncode == 130 or (delay == 0.0 and process.returncode in (1, -signal.SIGINT)), (delay, said)
+        assert delay == 0.0 or "Traceback" not in said, (delay, said)

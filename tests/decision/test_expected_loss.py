@@ -1,7 +1,6 @@
 """Laws of the robot that weighs time against closeness."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -238,17 +237,6 @@ def test_without_a_spread_only_contacts_count() -> None:
         with np.errstate(all="raise", under="ignore"):
             assert weighing.contacts(np.array([[0.0, 2.0]]), others, times, 0.0, scales) == pytest.approx(1.5)
             assert weighing.contacts(np.array([[9.0, 9e6]]), others, times, 0.0, scales) == pytest.approx(0.0)
-
-
-@pytest.mark.parametrize("name", ["nao", "nao_ahead"])
-def test_a_decision_of_a_search_is_not_written(tmp_path: Path, name: str) -> None:
-    """A navigator alone would not repeat it; the file would say otherwise."""
-    robot = LookAhead(replace(ahead().navigator, method=method(name)))
-    others = [Obstacle(Disc(0.3), ConstantVelocity([-0.5, 0.68], [3.0, 0.0]))]
-    settings = {"margins": (0.0,), "shares": (1.0,), "loss": 200.0, "spread": BoundedError(0.02, 0.0, 0.1)}
-    for decision in (robot.decide(START, others, GOAL), ExpectedLoss(robot, **settings).decide(START, others, GOAL)):
-        with pytest.raises(InvalidInput, match=f"found one of a search with {name}, which goes on"):
-            decision.dump(tmp_path / "decision.json")
 
 
 def test_a_higher_loss_keeps_more_distance() -> None:

@@ -13,15 +13,21 @@ from parts import disc_or_ball
 
 from slalom import (
     METHODS,
+    Acceleration,
+    Capsule,
     ConstantVelocity,
+    ControlObstacle,
     Disc,
+    ExpectedLoss,
     Fleet,
     FleetDecision,
     Goal,
     HeadingCone,
     Limits,
+    LookAhead,
     Navigator,
     Obstacle,
+    ObstacleWindow,
     Outcome,
     PathGoal,
     Polyline,
@@ -30,7 +36,10 @@ from slalom import (
     Stationary,
     Tracks,
     Union,
+    method,
+    select_many,
 )
+from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ADMISSIBLE
 from slalom.decision.settings import FleetSettings
 from slalom.sim import Robot, Scenario, gallery, simulate
@@ -200,6 +209,46 @@ def test_bounds_are_along_the_headings() -> None:
         assert speed > 0.05
         assert decided.velocities[0, 1] >= (least - ADMISSIBLE) * speed
         assert (decided.velocities[0, 0] < 0.9 * decided.velocities[0, 1]) == (heading is not None)
+
+
+@pytest.mark.parametrize("far", [1e20, 1e50, 1e99])
+def test_robots_far_from_all_others_decide_as_alone(far: float) -> None:
+    places = np.array([(2.0 * k, 0.0) for k in range(5)] + [(far, 0.0)])
+    fleets = [Fleet(method("nao"), Disc(0.3), Limits(1.5, 1.0), robots=n, guided=False) for n in (6, 5)]
+    both, near = (fleet.step(0.0, places[:n], 0.0 * places[:n], places[:n] + 3.0) for fleet, n in zip(fleets, (6, 5)))
+    np.testing.assert_array_equal(both.accelerations[:5], near.accelerations)
+    assert np.isfinite(both.accelerations).all()
+
+
+@pytest.mark.parametrize("shape", [Rectangle(0.8, 0.5), Capsule((0, 0), (1, 0), 0.2)])
+def test_no_entry_drops_a_heading_by_which_a_shape_would_turn(shape: object) -> None:
+    """Every decision about a shape that is not round refuses it; a disc, and a heading of 0, are taken."""
+    robot = Navigator(method("nao"), shape, Limits(1.0, 1.0))
+    wall = Obstacle(Polyline([(-3, 0.45), (3, 0.45)]), Stationary((0, 0)))
+    goal, window = Goal(Stationary((2, 0)), 0.1, stop=True), ObstacleWindow([wall], 0.0, 4.0)
+    fleet = Fleet(method("nao"), shape, Limits(1.0, 1.0), robots=1)
+
+    def entries(state: State) -> list:
+        still = np.zeros((1, 2))
+        return [
+            lambda: robot.decide(state, [wall], goal),
+            lambda: LookAhead(robot).decide(state, [wall], goal),
+            lambda: ExpectedLoss(LookAhead(robot)).decide(state, [wall], goal),
+            lambda: robot.fall_back(state, [wall], goal),
+            lambda: ControlObstacle(Acceleration(), state, window, shape),
+            lambda: select_many(still, [state], Acceleration(), Limits(1.0, 1.0), window, shape),
+            lambda: fleet.step(0.0, still, still, still, headings=[state.heading]),
+            lambda: Robot(shape, Limits(1.0, 1.0), state, goal),
+        ]
+
+    for entry in entries(State((0, 0), (0, 0), heading=0.785)):
+        with pytest.raises(
+            InvalidInput, match=r"heading.*: expected none for a \w+, whose axes are those of the world"
+        ):
+            entry()
+    for entry in entries(State((0, 0), (0, 0), heading=0.0)):
+        entry()
+    assert replace(robot, robot=Disc(0.3)).decide(State((0, -2), (0, 0), heading=0.785), [wall], goal).safe
 
 
 def test_robots_join_and_leave() -> None:

@@ -64,6 +64,7 @@ from slalom.sim.files.scenario_writer import _part, scenario_text
 from slalom.sim.run.recorded import recorded
 from slalom.sim.scenario import Robot, Scenario
 from slalom.vehicle import Bicycle, Command, DifferentialDrive, Pose, VehicleNavigator
+from slalom.vehicle.decision import PointMotion
 from slalom.vehicle.driver import _detection
 from slalom.vehicle.ways import way_among
 from slalom.view.film import DecisionFilm, Film, checked
@@ -563,8 +564,14 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"lag: expected one lag, that of both wheels, found 0\.1 and 0\.2 s": lambda _: DifferentialDrive(
         0.4, 1.0, 2.0, lag=(0.1, 0.2)
     ),
-    r"decision: expected one of a Navigator for a file, found one of a vehicle": lambda folder: (
-        VehicleNavigator(DRIVE, NAO, DISC).decide(Pose((0, 0), 0.0), [], TO_STOP).dump(folder / "decision.json")
+    r"path: expected an array of shape \(2, 2\), found shape \(1, 2\)": lambda _: PointMotion(
+        np.arange(2.0), np.zeros((1, 2)), np.zeros((2, 2))
+    ),
+    r"times: expected two or more that increase, found \[0, 0\]": lambda _: PointMotion(
+        np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2))
+    ),
+    r"state: heading: expected none for a Rectangle, whose axes are those of the world, found 0.5 rad": lambda _: (
+        Navigator(NAO, Rectangle(1.0, 0.5), LIMITS).decide(State((0, 0), (0, 0), heading=0.5), [], TO_STOP)
     ),
     r"state_timeout: expected at most the horizon, 6 s, found 7 s": lambda _: Driver(NAVIGATOR, state_timeout=7.0),
     r"detection_timeout: expected a number above 0, found 0": lambda _: Driver(NAVIGATOR, detection_timeout=0.0),

@@ -121,7 +121,7 @@ from slalom.sim import (
     read_study,
     simulate,
 )
-from slalom.sim.files.decision_file import CommitmentSpec, PathSpec, SourceSpec, _decision, read_decision
+from slalom.sim.files.decision_file import read_decision
 from slalom.sim.files.parts import OfAnyKind, model_of_part
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text
@@ -684,7 +684,7 @@ DECISIONS: dict[str, Callable[[Path], object]] = {
     r"aims: expected one with weight and gain above 0, found none": lambda _: navigator(objective=Aimless()).decide(
         FLAT, [], GOAL
     ),
-    r"obstacles\[0\]\.trajectory: expected one of stationary, .*, found Function": lambda folder: decision(
+    r"inputs\.obstacles\.0\.trajectory: expected a part that files can hold, found Function": lambda folder: decision(
         [CURVE]
     ).dump(folder / "d.json"),
     r"tracks\.ids: expected different ones, by which tracks are told apart; found a twice": lambda _: (
@@ -693,11 +693,13 @@ DECISIONS: dict[str, Callable[[Path], object]] = {
     r"decision: expected one that a navigator made, found one without inputs": lambda folder: replace(
         decision(), inputs=None
     ).dump(folder / "d.json"),
-    r"method: expected one of the table of methods, found another one with the name 'nao'": lambda folder: (
-        Navigator(replace(METHODS["nao"], share=0.9), Disc(1), LIMITS).decide(FLAT, [], GOAL).dump(folder / "d.json")
+    r"method: expected responses of one of the table of methods, found others of 'nao'": lambda folder: (
+        Navigator(replace(METHODS["nao"], responses=METHODS["vo"].responses), Disc(1), LIMITS)
+        .decide(FLAT, [], GOAL)
+        .dump(folder / "d.json")
     ),
     r"blocked: expected a decision that was made": lambda folder: (
-        _decision(read_decision(dumped()(folder)).inputs.previous).blocked
+        read_decision(dumped()(folder)).inputs.previous.decision.blocked
     ),
     r"--method: expected none with the file of a decision, found 'vo'": lambda folder: command(
         "decide", str(dumped()(folder)), "--method", "vo"
@@ -725,9 +727,9 @@ def short_run() -> Recording:
 
 def without_goal(content: dict) -> None:
     """A decision that follows a velocity."""
-    wanted = {"kind": "follow_velocity", "velocity": [1.0, 0.0], "enough_clearance": 0.0}
-    content["navigator"].update(objective=wanted)
-    content.update(goal=None)
+    wanted = {"kind": "FollowVelocity", "velocity": [1.0, 0.0], "enough_clearance": 0.0}
+    content["inputs"]["navigator"].update(objective=wanted)
+    content["inputs"].update(goal=None)
 
 
 REFUSED: dict[str, Callable[[Path], object]] = {
@@ -759,8 +761,8 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"obstacle 'b': position: expected dimension 2 as of the others, found 3": lambda _: [
         tracker.update(0.0, name, (0.0,) * d) for tracker in [slalom.Tracker()] for name, d in (("a", 2), ("b", 3))
     ],
-    r"obstacle 'rock': expected contact_at_rest True in a file, found False": lambda _: scenario_text(
-        replace(build("head_on"), obstacles=(Obstacle(Disc(1), STILL, "rock", contact_at_rest=False),))
+    r"robot: method: expected one of the table in a file, found another one": lambda _: scenario_text(
+        replace(build("empty"), robots=(replace(build("empty").robots[0], method=replace(METHODS["nao"], share=0.9)),))
     ),
     r"obstacle 'a': shape: expected one of dimension 3 as of the position, found 2": lambda _: slalom.Tracker().update(
         0.0, "a", (0, 0, 0)
@@ -967,15 +969,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"position: .* \(1, 2\)": lambda _: State([[0, 0]], (0, 0)),
     r"braking: expected numbers of 0 m/s\^2 or more, found \[-1": lambda _: Tracks([(1, 0)], [(1, 0)], 0.3, braking=-1),
     r"braking: expected 0 m/s\^2 in space, found \[1": lambda _: Tracks([(1, 0, 0)], [(1, 0, 0)], 0.3, braking=1),
-    r"^expected one of obstacle, table, tracks; found none": lambda _: SourceSpec.model_construct().build(),
-    r"expected increasing times and 1 pieces, found shapes \(0,\) and \(0,\)": lambda _: PathSpec.model_construct(
-        times=[0.0, 1.0], points=[], error=[]
-    ).build(),
-    r"path: expected dimension 2, found 3": lambda _: CommitmentSpec.model_construct(
-        control=[0.0, 0.0],
-        path=PathSpec(times=[0.0, 1.0], points=[[[0.0] * 3] * 4], error=[0.0]),
-        approach=None,
-    ).build(),
     r"velocity: expected 2 numbers, found \[0, 0, 0\]": lambda _: State((0, 0), (0, 0, 0)),
     r"acceleration: expected 3 numbers, found \[0, 0\]": lambda _: State((0, 0, 0), (0, 0, 0), (0, 0)),
     r"initial_velocity: expected 2": lambda _: ConstantVelocity((0, 0), (0, 0, 0)),
@@ -1499,18 +1492,43 @@ FILES: dict[str, Callable[[Path], object]] = {
     r"none/d\.json: expected a file that can be written": lambda f: decision().dump(f / "none/d.json"),
     r"d\.json: expected JSON, found a mistake": reading(read_decision, "d.json", "[["),
     r"d\.json: expected JSON .* nested too deeply": reading(read_decision, "d.json", "[" * 10**5),
-    r"d\.json:1:\d+: state\.position\.0: expected a number, found 'x'": undumped(
-        lambda content: content["state"].update(position=["x", 0.0])
+    r"d\.json: format: expected 'slalom decision 2', found 'slalom decision 1'": undumped(
+        lambda content: content.update(format="slalom decision 1")
     ),
-    r"d\.json:1:\d+: state: velocity: expected 2 numbers": undumped(
-        lambda content: content["state"].update(velocity=[0.0, 0.0, 0.0])
+    r"d\.json: expected format, versions, inputs, decision, found format, versions, inputs$": undumped(
+        lambda content: content.pop("decision")
     ),
-    r"navigator\.period: expected at most": undumped(lambda content: content["navigator"].update(period=1e-12)),
-    r"d\.json:1:\d+: obstacles\.0: expected one of obstacle, table, tracks; found none": undumped(
-        lambda content: content["obstacles"].append({}) or content["obstacles"].pop(0)
+    r"d\.json: inputs: expected those of a decision, found 3": undumped(lambda content: content.update(inputs=3)),
+    r"d\.json: inputs\.state: velocity: expected 2 numbers": undumped(
+        lambda content: content["inputs"]["state"].update(velocity=[0.0, 0.0, 0.0])
     ),
-    r"d\.json:1:\d+: previous\.path: expected increasing times": undumped(
-        lambda content: content["previous"]["path"].update(times=[1.0, 0.0])
+    r"d\.json: inputs\.state: expected position, .*, found position, .*, colour": undumped(
+        lambda content: content["inputs"]["state"].update(colour=1)
+    ),
+    r"d\.json: inputs\.state\.kind: expected a class that files can hold, found 'Exit'": undumped(
+        lambda content: content["inputs"]["state"].update(kind="Exit")
+    ),
+    r"d\.json: inputs\.state\.position: expected an array of numbers, found": undumped(
+        lambda content: content["inputs"]["state"].update(position={"array": ["x"]})
+    ),
+    r"d\.json: inputs\.goal: expected a part, an array or a place before, found keys at": undumped(
+        lambda content: content["inputs"].update(goal={"at": 1})
+    ),
+    r"d\.json: inputs\.now: expected float, found str": undumped(lambda content: content["inputs"].update(now="x")),
+    r"d\.json: inputs\.now: name: expected one of CLEAR, .*, found 'FINE'": undumped(
+        lambda content: content["inputs"].update(now={"kind": "Outcome", "name": "FINE"})
+    ),
+    r"d\.json: inputs\.navigator\.period: expected at most": undumped(
+        lambda content: content["inputs"]["navigator"].update(period=1e-12)
+    ),
+    r"d\.json: inputs\.state: expected what makes a State, found": undumped(
+        lambda content: content["inputs"]["state"].update(heading=[1.0, [2.0]])
+    ),
+    r"d\.json: inputs\.navigator: period: expected a number above 0, found 0": undumped(
+        lambda content: content["inputs"]["navigator"].update(period=0.0)
+    ),
+    r"d\.json: inputs\.previous\.path: path: expected increasing times and 1 pieces": undumped(
+        lambda content: content["inputs"]["previous"]["path"].update(times={"array": [1.0, 0.0]})
     ),
     r"a\.yaml:2:3: expected text as a key, found a list": yaml("a: 1\n? [b]\n: 2"),
     r"a\.yaml:1:3: expected text as a key, found a mapping": yaml("? {b: 1}\n: 2"),

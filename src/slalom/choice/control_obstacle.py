@@ -18,7 +18,7 @@ from slalom.choice.outline import boundary
 from slalom.kernels.arrays import Bodies, Corners, Hulls, MaybeHulls, PositionMap, Segments
 from slalom.model.response import Response
 from slalom.model.response.protocol import parts_of_gain, piece_norm, response_pieces, rest_time
-from slalom.model.shape import Shape
+from slalom.model.shape import Shape, refuse_turned
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import hull_corners, outline_parts
@@ -88,7 +88,8 @@ class ControlObstacle:
         largest_control: norm up to which the pieces of a response that is not cubic hold, see `for_controls`.
 
     Raises:
-        InvalidInput: different dimensions, a horizon not above 0 or beyond that of the obstacles, tracks with worlds.
+        InvalidInput: different dimensions, a horizon not above 0 or beyond that of the obstacles, tracks with worlds; a
+            state with a heading for a robot that is not round: its shape keeps the axes of the world.
     """
 
     response: Response
@@ -102,6 +103,7 @@ class ControlObstacle:
 
     def __post_init__(self) -> None:
         refuse_kinds(self.response, self.obstacles, self.robot, self.state)
+        refuse_turned(self.robot, self.state.heading, "state: heading")
         self.obstacles.refuse_worlds()
         horizon = number(self.horizon, "horizon") or self.obstacles.horizon
         if positive(horizon, "horizon") > (longest := self.obstacles.horizon):

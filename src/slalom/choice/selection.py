@@ -31,7 +31,7 @@ from slalom.kernels.arrays import Indices, MaybeHulls, Scene, States
 from slalom.model.limits import Admissible, Limits
 from slalom.model.response import Response
 from slalom.model.response.protocol import parts_of_gain, piece_norm, response_pieces
-from slalom.model.shape import Shape
+from slalom.model.shape import Shape, refuse_turned
 from slalom.model.state import State
 from slalom.obstacle.window import ObstacleWindow
 
@@ -195,7 +195,7 @@ def select_many(
 
     Raises:
         InvalidInput: numbers of another shape, different dimensions, not one state for each preferred control, fewer
-            than one thread.
+            than one thread; a state with a heading for a robot that is not round.
     """
     refuse_kinds(response, obstacles, robot)
     has(limits, *LIMITS, "limits")
@@ -210,6 +210,8 @@ def select_many(
     for what, other in (("robot", robot.dimension), ("obstacles", obstacles.dimension)):
         if other not in (None, dimension):
             raise InvalidInput(f"{what}: expected dimension {dimension} as of the states, found {other}")
+    for k, state in enumerate(states):
+        refuse_turned(robot, state.heading, f"states[{k}]: heading")
     more, parts = not_negative(margin, "margin"), whole(threads, "threads", 1)
     controls, codes = np.full((count, 3), np.nan), np.zeros(count, np.int64)
     preferred_rows = np.zeros((count, 3))

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
+from slalom.__main__ import INTERRUPTED
 from slalom.base.errors import InvalidInput
 from slalom.cli.console import (
     DONE,
     FAILED,
-    INTERRUPTED,
     Flag,
     Names,
     Settings,

@@ -30,7 +30,6 @@ Larger: fewer commands print it. Smaller: short commands print it too.
 DONE = 0
 FAILED = 1
 BAD_INPUT = 2
-INTERRUPTED = 130
 
 
 def whole_number(_: type, tokens: Sequence[Token]) -> int:

@@ -161,6 +161,9 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "name": "in results",
         "heading": "[rad] of the shape; motion: along the velocity; or a mapping of times [s] and angles [rad]",
         "uncertainty": "of the position",
+        "after_end": "what follows the end of the trajectory; unknown: it leaves",
+        "contact_at_rest": "whether a contact counts while the robot is at rest",
+        "owner": "name of the obstacle of which it is a future",
         "trajectory": "one of the trajectories",
     },
     "RecordingSpec": {

@@ -225,12 +225,12 @@ def explain(
     ----------
     scene
         A .yaml scenario file (also sample:crossing.yaml), a name from `slalom list scenarios`, a run of one robot that
-        `slalom run --out run.h5` wrote, or a .json file that `Decision.dump` wrote. The decision of a run or a .json
-        file is repeated; exit code 1 also if that of a .json file is not the same to the bit.
+        `slalom run --out run.h5` wrote, or a file that `Decision.dump` wrote. The decision of a run or a file is
+        repeated; exit code 1 also if that of a file is not the same to the bit.
     settings
         NAME=VALUE for parameters of the scenario or settings of every scenario; may be repeated.
     method
-        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for runs and .json files.
+        A name from `slalom list methods`, or NAME@FORESIGHT; by default nao. Not for runs and files of decisions.
     foresight
         Knowledge of the method about obstacles, as in `slalom run`.
     seed
@@ -244,9 +244,11 @@ def explain(
     uncertainty
         Draw the regions that hold obstacles with an uncertainty into the figure.
     """
+    from slalom.sim.files.decision_file import is_decision
+
     scene, drawn = resolved(scene), DecisionFigure(figure, uncertainty, look or Look())
     refuse_without(figure, look, uncertainty=uncertainty)
-    is_file, from_run = scene.endswith(".json"), is_run(scene)
+    is_file, from_run = is_decision(scene), is_run(scene)
     given: dict[str, object] = {
         "--method": method or foresight,
         "--set": settings,

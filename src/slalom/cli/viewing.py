@@ -53,7 +53,7 @@ def view(
     Parameters
     ----------
     scenario
-        A name from `slalom list scenarios`, a .yaml file, a run that `slalom run --out run.h5` wrote, a .json file that
+        A name from `slalom list scenarios`, a .yaml file, a run that `slalom run --out run.h5` wrote, a file that
         `Decision.dump` wrote, or a recording of a format from `slalom list formats`.
     beside
         Another one, which is shown beside the first one, at the same time since its start.
@@ -212,7 +212,9 @@ def _sessions(
         return method_of(default if method is None else method)
 
     at, agent = start
-    if name.endswith(".json"):
+    from slalom.sim.files.decision_file import is_decision
+
+    if is_decision(name):
         options = {"--method": method, "--set": settings, "--at": at, "--agent": agent, "--walls": walls.walls}
         for option in (option for option, value in options.items() if value or value == 0.0):
             raise InvalidInput(f"{option}: expected none with the file of a decision, found {options[option]!r}")

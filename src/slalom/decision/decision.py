@@ -7,7 +7,7 @@ from functools import cached_property, partial
 from logging import DEBUG, getLogger
 from math import dist
 from pathlib import Path as FilePath
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from slalom.model.manoeuvre import Manoeuvre, state_after
 from slalom.model.path import Path
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import Velocity
+from slalom.model.shape import refuse_turned
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
@@ -45,6 +46,14 @@ class Commitment(NamedTuple):
     progress: float | None
     approach: Approach | None
 
+    @property
+    def decision(self) -> "Decision":
+        """A decision with this commitment."""
+        control = self.manoeuvre.control
+        return Decision(
+            self.manoeuvre, Outcome.KEPT, control, not_kept, self.path, self.progress, approach=self.approach
+        )
+
 
 class DecisionInputs(NamedTuple):
     """All inputs of a decision, see `Navigator.decide`."""
@@ -57,7 +66,38 @@ class DecisionInputs(NamedTuple):
     now: float
     budget: float | None
     previous: Commitment | None
-    searched: bool = False  # whether a search over sequences made the decision: the navigator alone does not repeat it
+
+    def repeat(self) -> "Decision":
+        """The decision, made again."""
+        navigator: Any = self.navigator
+        return navigator.decide(  # type: ignore[no-any-return]
+            self.state,
+            self.obstacles,
+            self.goal,
+            robots=self.robots,
+            now=self.now,
+            previous=None if self.previous is None else self.previous.decision,
+            budget=self.budget,
+        )
+
+
+@runtime_checkable
+class Record(Protocol):
+    """All inputs of a decision: what a file of it holds. Objects in it are what `slalom.decision.document` can write.
+
+    Law: `repeat` makes the decision again, to the bit.
+    """
+
+    @property
+    def navigator(self) -> Any:
+        """What decided."""
+
+    @property
+    def goal(self) -> Goal | None:
+        """The goal of the decision."""
+
+    def repeat(self) -> "Decision":
+        """The decision, made again."""
 
 
 # Reports of a decision: the expected collision, the obstacles in the way, a line for a log, a dictionary.
@@ -298,6 +338,7 @@ class Decision:
         given_up: [1] sum of the probabilities of the futures of obstacles that the manoeuvre does not avoid.
         earlier: the manoeuvres that the robot was committed to before, for a horizon back.
         begun: the earlier decision that began the manoeuvre; None: this one did.
+        record: what a file holds of a decision that its `inputs` alone do not repeat; None: the inputs.
     """
 
     manoeuvre: Manoeuvre
@@ -313,6 +354,7 @@ class Decision:
     inputs: DecisionInputs | None = None
     given_up: float = 0.0
     begun: "Decision | None" = None
+    record: Record | None = None
 
     def __repr__(self) -> str:
         control = ", ".join(f"{x:.4g}" for x in self.manoeuvre.control)
@@ -365,16 +407,15 @@ class Decision:
         return as_dict(self)
 
     def dump(self, file: FilePath | str) -> None:
-        """Write all inputs of the decision to a JSON file; `slalom explain FILE` repeats it.
+        """Write all inputs of the decision to a JSON file of any name; `slalom explain FILE` repeats it.
 
         Raises:
-            InvalidInput: parts that no file can hold, such as a trajectory or objective that is a Python function; a
-                decision that continues a search.
+            InvalidInput: parts that no file can hold, such as a trajectory or objective that is a Python function.
             InvalidFile: a file that cannot be written.
         """
         from slalom.decision.document import dump
 
-        dump(self.inputs, self.outcome.name, self.manoeuvre, FilePath(file))
+        dump(self, FilePath(file))
 
     @property
     def commitment(self) -> Commitment:
@@ -409,14 +450,16 @@ class Decision:
         return self.control_obstacle()
 
 
-def state_to_decide_from(state: State, previous: Decision | None, now: float, delay: float, longest: float) -> State:
+def state_to_decide_from(state: State, previous: Decision | None, now: float, delay: float, own: Settings) -> State:
     """The state at `now` [s] of a robot that was in `state` before a delay [s], see `Navigator.decide`.
 
     Raises:
-        InvalidInput: something else than a state or a decision; a time before that of the previous decision, or the
-            same for a robot at another position; a delay above the `longest` [s].
+        InvalidInput: something else than a state or a decision; a state with a heading for a shape that would turn by
+            it; a time before that of the previous decision, or the same for a robot at another position; a delay above
+            the horizon.
     """
     has(state, *STATE, "state")
+    refuse_turned(own.robot, state.heading, "state: heading")
     number(now, "now")
     if previous is not None:
         has(previous, ("manoeuvre", "commitment", "decided_at"), "a Decision", "previous")
@@ -430,8 +473,8 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
             raise InvalidInput(
                 f"now: expected a time after the previous decision at {now:g} s, found the same for another position"
             )
-    if not_negative(delay, "delay") > longest:
-        raise InvalidInput(f"delay: expected at most the horizon, {longest:g} s, found {delay:g} s")
+    if not_negative(delay, "delay") > own.horizon:
+        raise InvalidInput(f"delay: expected at most the horizon, {own.horizon:g} s, found {delay:g} s")
     if delay == 0.0:
         return state
     return state_after((), state, now - delay, now) if previous is None else previous.state_at(now, state, now - delay)
@@ -475,6 +518,11 @@ def _with(decision: Decision, **attributes: Any) -> Decision:
     other = object.__new__(type(decision))
     other.__dict__.update(decision.__dict__, **attributes)
     return other
+
+
+def not_kept() -> ControlObstacle:
+    """The control obstacle of a decision that is known from its commitment or its file. Raises InvalidInput."""
+    raise InvalidInput("blocked: expected a decision that was made, found one read from a file")
 
 
 def made(blocked: ControlObstacle) -> Callable[[], ControlObstacle]:

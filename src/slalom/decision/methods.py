@@ -300,32 +300,27 @@ def method(name: str) -> Method:
 
 
 def derived(name: str, variant: str | None) -> Method:
-    """The method of this name, or what the operation `variant` of VARIANTS makes of it, for a robot that decides alone.
+    """The method of this name, or what the operation `variant` of VARIANTS makes of it.
 
     Raises:
         InvalidInput: an unknown method or variant, or a method that the operation does not take.
     """
     found = method(name)
-    if variant is not None:
-        found = VARIANTS[known(variant, "variant", list(VARIANTS))](found)
-    return replace(found, shared=False, looks_ahead=False)
+    return found if variant is None else VARIANTS[known(variant, "variant", list(VARIANTS))](found)
 
 
 def variant_of(found: Method) -> str | None:
-    """The name of the operation with which `derived` makes a method; None: of the method in the table itself.
+    """The name of the operation with which `derived` makes the responses of a method; None: those of the table.
 
     Raises:
-        InvalidInput: a method that none of them makes.
+        InvalidInput: responses that none of them makes.
     """
-    row = method(found.name)
-    variant = None if found.responses == row.responses else "among_robots"
     if isinstance(found.responses, _Stopping):
-        variant = "stopping"
-    if derived(found.name, variant) != found:
-        raise InvalidInput(
-            f"method: expected one of the table of methods, found another one with the name {found.name!r}"
-        )
-    return variant
+        return "stopping"
+    for variant in (None, "among_robots"):
+        if derived(found.name, variant).responses == found.responses:
+            return variant
+    raise InvalidInput(f"method: expected responses of one of the table of methods, found others of {found.name!r}")
 
 
 def margin_among(method: Method, margin: float, max_acceleration: float, time: float, noise: float = 0.0) -> float:

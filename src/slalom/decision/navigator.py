@@ -87,7 +87,7 @@ def goal_or_place(goal: Goal | None, state: State, objective: Objective, limits:
 
 
 def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, others: Tracks | None) -> None:
-    """Raise InvalidInput for parts of another dimension than the state; for robots observed after the decision."""
+    """Raise InvalidInput for parts that do not fit the state, and for robots observed after the decision."""
     d = state.dimension
     same_dimension(robot.dimension, d, "robot", "state")
     same_dimension(obstacles.dimension, d, "obstacles", "state")
@@ -174,13 +174,14 @@ class Navigator(Settings):
                 its velocity.
 
         Raises:
-            InvalidInput: dimensions that differ; no goal for an objective that has one; a goal at rest to stop at with
+            InvalidInput: dimensions that differ; a state with a heading for a robot that is not round: its shape keeps
+                the axes of the world; no goal for an objective that has one; a goal at rest to stop at with
                 the bound LeastSpeed; an acceleration to follow with a response that does not set the acceleration at
                 once; a method that needs more than one robot observes; a time before that of the previous decision, or
                 the same for a robot at another position; a delay above the horizon; an obstacle whose trajectory ended.
         """
         refuse_alone(self.method)
-        state = state_to_decide_from(state, previous, now, delay, self.horizon)
+        state = state_to_decide_from(state, previous, now, delay, self)
         if objective is not None:
             has(objective, *OBJECTIVE, "objective")
         robot = self if objective is None else replace(self, objective=objective)
@@ -337,7 +338,7 @@ class Navigator(Settings):
         Raises:
             InvalidInput: as `decide`; no obstacles.
         """
-        state_to_decide_from(state, None, now, 0.0, self.horizon)
+        state_to_decide_from(state, None, now, 0.0, self)
         if not len(listed(obstacles)):
             raise InvalidInput("obstacles: expected at least one to fall back from, found none")
         goal = goal_or_place(goal, state, self.objective, self.limits)

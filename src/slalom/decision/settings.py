@@ -162,7 +162,8 @@ class Settings:
 
     Attributes:
         method: a row of the table of methods.
-        robot: its shape.
+        robot: its shape. It never turns: its axes are those of the world, and a state with a heading is refused unless
+            the shape is round. A robot that keeps its heading has a shape that is turned by it.
         limits: its maximum speed and acceleration, and further bounds.
         period: [s] between decisions.
         horizon: [s] up to which collisions count.

@@ -66,7 +66,7 @@ from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre, first_manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.response import AccelerateThenBrake, Response
-from slalom.model.shape import Shape
+from slalom.model.shape import Shape, refuse_turned
 from slalom.model.state import State
 from slalom.model.trajectory import ConstantVelocity, Stationary
 from slalom.obstacle import Obstacle
@@ -468,9 +468,9 @@ class Fleet:
 
         Raises:
             InvalidInput: arrays of other shapes, values that are not finite, a tolerance of 0, not one of targets,
-                desired velocities, paths and goals, a time before that of the last step, headings in space; no targets
-                or goals for a fleet with `guided=True`; a target, goal or path to stop at for a robot with the bound
-                LeastSpeed.
+                desired velocities, paths and goals, a time before that of the last step, headings in space or of
+                robots that are not round; no targets or goals for a fleet with `guided=True`; a target, goal or path to
+                stop at for a robot with the bound LeastSpeed.
         """
         # As a float: kernels would be compiled once more for whole numbers.
         self._last = now = not_before(now, self._last, "now", "a step")
@@ -488,6 +488,8 @@ class Fleet:
             raise InvalidInput(f"tolerances: expected numbers above 0 m, found {each['tolerance'].min():g} m")
         each["present"] = there
         self.headings = None if headings is None else array_of(headings, "headings", (n,))
+        for k, heading in enumerate(() if self.headings is None else self.headings.tolist()):
+            refuse_turned(self.members.shapes[k], heading, f"headings[{k}]")
         around = [self.obstacles, *fitting(others, self.dimension, now, "others", "fleet")]
         to = self.destinations
         to.set(self.table, now, targets=targets, desired_velocities=desired_velocities, paths=paths, goals=goals)

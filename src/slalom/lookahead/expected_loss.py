@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -11,7 +12,6 @@ from slalom import kernels
 from slalom.base.checks import (
     DECISION,
     GOAL,
-    STATE,
     UNCERTAINTY,
     Array,
     array,
@@ -27,11 +27,13 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision, Outcome
-from slalom.decision.decision import DecisionInputs, completed, made
+from slalom.decision.decision import DecisionInputs, completed, made, state_to_decide_from
+from slalom.decision.document import KINDS
 from slalom.forecast.forecast import EXACT, Present
 from slalom.kernels.arrays import Flags
 from slalom.kernels.sequence_search.tables import BoundTable
 from slalom.lookahead.navigator import LookAhead, SequenceDecision, motions_of, rise_of
+from slalom.lookahead.record import SearchCall, SearchInputs, recorded
 from slalom.lookahead.search import NODE_TIME_SLACK, bound_table, directions, padded
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
@@ -40,7 +42,8 @@ from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.state import State
 from slalom.model.uncertainty import BoundedError, Scaled, Uncertainty
 from slalom.obstacle import Obstacle
-from slalom.obstacle.table import same_dimension
+from slalom.obstacle.table import ObstacleTable, same_dimension
+from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, listed
 
 # Short deviations from a plan: one velocity, then another, each for a stage of a fixed duration.
@@ -229,23 +232,22 @@ class ExpectedLoss:
 
         `scales` are factors of the spread by the names of obstacles; 1 for others. Raises InvalidInput for one below 0.
         """
-        has(state, *STATE, "state")
+        state = state_to_decide_from(state, previous, now, delay, self.robot.navigator)
         same_dimension(self.robot.navigator.robot.dimension, state.dimension, "robot", "state")
+        obstacles = tuple(listed(obstacles))
         one_by_one = each_for_one(obstacles, state.dimension, number(now, "now"))
         motions = self._motions(one_by_one, now)
         ahead = self._ahead(motions, self._times(now), now, scales)
         robots = self._robots(one_by_one, now)
-        best: tuple[float, Decision] | None = None
-        for robot, around in robots:
-            decision = robot.decide(state, around, goal, now=now, previous=previous, delay=delay)
-            cost = self._cost(decision, ahead, goal, now)
-            if best is None or cost < best[0]:
-                best = cost, decision
-        assert best is not None
-        if not self.deviates or delay > 0.0:
-            return best[1]
+        plans = [robot.decide(state, around, goal, now=now, previous=previous) for robot, around in robots]
+        best = min(((self._cost(plan, ahead, goal, now), plan) for plan in plans), key=itemgetter(0))
+        deviates = self.deviates and delay == 0.0
+        call = SearchCall(replace(self, deviates=deviates), state, obstacles, goal, now, scales)
+        record = recorded(call, previous, fresh=all(map(_is_fresh, plans)))
+        if not deviates:
+            return replace(best[1], record=record)
         moment = _Moment(state, obstacles, motions, ahead, goal, now, previous)
-        return self._deviation(best, moment, self._follower(*robots[0], now)) or best[1]
+        return replace(self._deviation(best, moment, self._follower(*robots[0], now)) or best[1], record=record)
 
     @staticmethod
     def _follower(robot: LookAhead, around: Sequence[Obstacle], now: float) -> tuple[LookAhead, Sequence[Obstacle]]:
@@ -384,10 +386,7 @@ class ExpectedLoss:
         table = ObstacleWindow(moment.motions, now, navigator.horizon)
         blocked = ControlObstacle(manoeuvre.response, moment.state, table, navigator.robot, 0.0)
         decision = Decision(manoeuvre, Outcome.DEVIATING, manoeuvre.control, made(blocked))
-        inputs = DecisionInputs(
-            *(navigator, moment.state, tuple(listed(moment.obstacles)), moment.goal, None, now, None, None),
-            searched=True,
-        )
+        inputs = DecisionInputs(navigator, moment.state, moment.obstacles, moment.goal, None, now, None, None)
         return completed(decision, inputs, moment.previous, None, np.inf)
 
     def _cost_with_plan(
@@ -411,7 +410,7 @@ class _Moment(NamedTuple):
     """What one decision is about."""
 
     state: State
-    obstacles: Obstacles
+    obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
     motions: Sequence[Obstacle]  # predicted
     ahead: "_Ahead"
     goal: Goal
@@ -429,6 +428,14 @@ class _Ahead(NamedTuple):
     weights: Array  # (n,) [1] probabilities
 
 
+def _is_fresh(plan: Decision) -> bool:
+    """Whether a plan depends neither on the search of the previous decision nor on its table of obstacles."""
+    record = plan.record
+    assert isinstance(record, SearchInputs)
+    first, *later = record.calls
+    return not later and (first.table is None or first.table[0] == first.now)
+
+
 def _contacts(places: Array, ahead: _Ahead) -> Array:
     """Expected number of contacts (..., m) of robots at `places` (..., m, d) [m]."""
     gaps = np.linalg.norm(ahead.positions - places[..., None, :, :], axis=-1) - ahead.radii[:, None]
@@ -442,3 +449,6 @@ def _with_share(obstacle: Obstacle, share: float) -> Obstacle:
     if obstacle.uncertainty is None:
         return obstacle
     return replace(obstacle, uncertainty=Scaled(obstacle.uncertainty, share) if share > 0.0 else None)
+
+
+KINDS["ExpectedLoss"] = ExpectedLoss

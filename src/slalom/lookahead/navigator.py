@@ -13,11 +13,13 @@ from slalom.base.tolerances import COMMITTED_SLACK, JUMP
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision
 from slalom.decision.decision import DecisionInputs, Outcome, completed, made, state_to_decide_from
+from slalom.decision.document import KINDS
 from slalom.decision.fallback import Level, least_given_up, levels, time_of
 from slalom.decision.navigator import Navigator, goal_or_place
 from slalom.forecast.forecast import EXACT, Known
 from slalom.forecast.from_models import FromModels
 from slalom.kernels.arrays import Flags
+from slalom.lookahead.record import SearchCall, recorded
 from slalom.lookahead.search import (
     NODE_TIME_SLACK,
     PredictedObstacles,
@@ -469,13 +471,13 @@ class LookAhead:
         """Decision at the time `now` [s], see `Navigator.decide`.
 
         Args:
-            obstacles: passing the same list or table at every decision avoids building its table again.
+            obstacles: passing the same objects at every decision avoids building their table again.
 
         Raises:
             InvalidInput: dimensions that differ, a goal that moves or has a path; an obstacle whose trajectory ended
                 before; a time before that of the previous decision, a delay above the horizon of the navigator.
         """
-        state = state_to_decide_from(state, previous, now, delay, self.navigator.horizon)
+        state = state_to_decide_from(state, previous, now, delay, self.navigator)
         goal_or_place(goal, state, self.navigator.objective, self.navigator.limits)
         if isinstance(goal, PathGoal):
             raise InvalidInput("goal: expected one without a path to look ahead, found a PathGoal")
@@ -483,6 +485,7 @@ class LookAhead:
             raise InvalidInput("goal: expected one at rest to look ahead, found one that moves")
         before = previous if isinstance(previous, SequenceDecision) else None
         same_dimension(self.navigator.robot.dimension, state.dimension, "robot", "state")
+        obstacles = tuple(listed(obstacles))
         one_by_one = each_for_one(obstacles, state.dimension, now)
         motions = motions_of(self.navigator, one_by_one, now, state.position)
         tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
@@ -490,17 +493,18 @@ class LookAhead:
         scene = Scene(
             self.navigator, state, goal, now, self._deadline(now), obstacles, motions, table, previous, before
         )
-        if goal.stop and float(np.linalg.norm(goal.position(now) - state.position)) <= goal.tolerance:
-            return alone(scene)
-        planned = self._keep_or_improve(scene) or new_plan(scene, self.budget, self.improvement_budget)
+        there = goal.stop and float(np.linalg.norm(goal.position(now) - state.position)) <= goal.tolerance
+        kept = None if there else self._keep_or_improve(scene)
+        planned = kept or (alone(scene) if there else new_plan(scene, self.budget, self.improvement_budget))
+        span = None if table.obstacles is None else (table.start, table.end)
+        call = SearchCall(self if self.prepared is None else replace(self, prepared=None), state, obstacles, goal, now)
+        record = recorded(call._replace(table=span), previous, fresh=kept is None)
         if not isinstance(planned, SequenceDecision):
-            return planned
+            return replace(planned, record=record)
         if not rests_clear(scene, planned.arrival):
-            return alone(scene)
-        inputs = DecisionInputs(
-            self.navigator, state, tuple(listed(obstacles)), goal, None, now, None, None, searched=True
-        )
-        return completed(planned, inputs, previous, None, np.inf)
+            return replace(alone(scene), record=record)
+        inputs = DecisionInputs(self.navigator, state, obstacles, goal, None, now, None, None)
+        return replace(completed(planned, inputs, previous, None, np.inf), record=record)
 
     def _prediction(
         self,
@@ -515,13 +519,19 @@ class LookAhead:
         for table in tables:
             if table is not None and table.covers(obstacles, now, latest):
                 return table
-        forecast, step = navigator.method.forecast, interval_of(navigator)
-        if isinstance(forecast, EXACT):
+        if isinstance(navigator.method.forecast, EXACT):
             end = max(min(self.deadline, now + TABLE_HORIZONS * self.time_horizon), latest)
-            return PredictedObstacles.of(
-                obstacles, obstacles, navigator.robot, now, end, step, include_future=forecast.includes_future
-            )
-        return PredictedObstacles.of(None, motions, navigator.robot, now, latest, step)
+            made_now = self.with_table(obstacles, (now, end)).prepared
+            assert made_now is not None
+            return made_now
+        return PredictedObstacles.of(None, motions, navigator.robot, now, latest, interval_of(navigator))
+
+    def with_table(self, obstacles: Sequence[Obstacle], span: tuple[float, float]) -> "LookAhead":
+        """Copy whose decisions reuse a table of these obstacles from the first to the last time of `span` [s]."""
+        navigator, future = self.navigator, self.navigator.method.forecast.includes_future
+        step = interval_of(navigator)
+        table = PredictedObstacles.of(obstacles, obstacles, navigator.robot, *span, step, include_future=future)
+        return replace(self, prepared=table)
 
     def prepared_for(self, obstacles: Sequence[Obstacle], now: float) -> "LookAhead":
         """Copy whose decisions reuse a table built now for exactly these obstacles; itself where none would serve."""
@@ -597,3 +607,6 @@ class LookAhead:
         return margin >= 0.0 and previous.search.is_clear(
             scene.state, scene.now, scene.prediction, margin - COMMITTED_SLACK
         )
+
+
+KINDS["LookAhead"] = LookAhead

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import is_
 from typing import Final
 
 import numpy as np
@@ -45,12 +46,12 @@ class PredictedObstacles:
     """Pieces of all obstacles, grown by a robot's shape, from `start` to `end`, absolute times [s].
 
     Attributes:
-        obstacles: the sequence that the table was built for, if it serves more than one decision; else None.
+        obstacles: those that the table was built for, if it serves more than one decision; else None.
         includes_future: whether obstacles that appear later are known now.
         index: the table. owner: (n,) the obstacle of each of its rows, in order.
     """
 
-    obstacles: Sequence[Obstacle] | None
+    obstacles: tuple[Obstacle, ...] | None
     includes_future: bool
     start: float
     end: float
@@ -77,7 +78,8 @@ class PredictedObstacles:
         bodies = ObstacleWindow(predictions, start, end - start).bodies(robot)
         appearances = np.array([obstacle.trajectory.span[0] for obstacle in predictions], dtype=np.float64)
         index = _spacetime_index(bodies, appearances, start, end, width)
-        return cls(obstacles, include_future, start, end, index, bodies.each["owner"][bodies.pieces.body])
+        owner = bodies.each["owner"][bodies.pieces.body]
+        return cls(None if obstacles is None else tuple(obstacles), include_future, start, end, index, owner)
 
     def with_share(self, predictions: Sequence[Obstacle], decided: float, share: float) -> "PredictedObstacles":
         """The table with a `share` [1] of the uncertainty of the predictions, made at `decided` [s], that it is of."""
@@ -93,8 +95,10 @@ class PredictedObstacles:
         return replace(self, obstacles=None, index=part)
 
     def covers(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
-        """Whether the table is still valid for these obstacles from `now` to `until` [s]."""
-        return self.obstacles is obstacles and self.start <= now and until <= self.end
+        """Whether the table is still valid from `now` to `until` [s] for these obstacles: for the same objects."""
+        if self.obstacles is None or not (self.start <= now and until <= self.end):
+            return False
+        return len(self.obstacles) == len(obstacles) and all(map(is_, self.obstacles, obstacles))
 
     def known_at(self, now: float) -> float:
         """Latest time [s] of appearance of the bodies that are known at `now` [s]."""

@@ -236,6 +236,18 @@ def is_round(shape: Shape) -> bool:
     return len(shape.parts) == 1 and len(shape.parts[0].corners) == 1 and not shape.parts[0].corners.any()
 
 
+def refuse_turned(shape: Shape, heading: float | None, name: str) -> None:
+    """Raise InvalidInput for a heading [rad] other than 0 of a robot that is not round: its shape never turns.
+
+    A robot that keeps its heading has a shape that is turned by it already.
+    """
+    if heading and not is_round(shape):
+        raise InvalidInput(
+            f"{name}: expected none for a {type(shape).__name__}, whose axes are those of the world, found "
+            f"{heading:g} rad; give a disc, a Polygon turned by it, or a VehicleNavigator, whose body turns"
+        )
+
+
 SHAPES: Final[dict[str, type[Shape]]] = {
     "disc": Disc,
     "ball": Ball,

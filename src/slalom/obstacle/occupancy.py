@@ -19,7 +19,7 @@ from slalom.obstacle.pieces import NO_TURNS, bodies_of, rotation, sum_of_shapes,
 from slalom.obstacle.table import ObstacleTable, Outlines, fills_ball
 
 
-class _Runs(NamedTuple):
+class Runs(NamedTuple):
     """Occupied cells as runs along rows, row by row."""
 
     row: Indices  # (n,)
@@ -58,11 +58,11 @@ def occupancy(
     counts = flag(unknown, "unknown")
     cells = _occupied(grid, threshold, counts, "grid")
     heading = float(place[2]) if len(place) == 3 else 0.0
-    frame = _Frame(cells.shape, side, (float(place[0]), float(place[1]), heading), threshold, counts)
+    frame = Frame(cells.shape, side, (float(place[0]), float(place[1]), heading), threshold, counts)
     return OccupancyTable(frame, _runs(cells))
 
 
-class _Frame(NamedTuple):
+class Frame(NamedTuple):
     """What a grid is read by."""
 
     shape: tuple[int, ...]  # rows and columns
@@ -80,11 +80,12 @@ class OccupancyTable(ObstacleTable):
 
     Attributes:
         shape: (height, width) [cell]. resolution: [m]. origin: (x, y, heading) [m, m, rad].
+        frame, runs: what it is made of.
         rectangles: (n, 4) [cell], columns and rows of the first cell and of the one after the last: x0, y0, x1, y1.
     """
 
-    def __init__(self, frame: _Frame, runs: _Runs) -> None:
-        self._frame, self._cell_runs = frame, runs
+    def __init__(self, frame: Frame, runs: Runs) -> None:
+        self.frame, self.runs = frame, runs
         self.shape, self.resolution = frame.shape, frame.resolution
         self.origin = frame.origin
         self.rectangles = _joined(runs)
@@ -126,7 +127,7 @@ class OccupancyTable(ObstacleTable):
         Raises:
             InvalidInput: a part of another form, with other values, or outside of the grid.
         """
-        changed = _occupied(part, self._frame.occupied, self._frame.unknown, "part")
+        changed = _occupied(part, self.frame.occupied, self.frame.unknown, "part")
         y, x = whole(row, "row"), whole(column, "column")
         (height, width), (h, w) = self.shape, changed.shape
         if y < 0 or x < 0 or y + h > height or x + w > width:
@@ -134,7 +135,7 @@ class OccupancyTable(ObstacleTable):
                 f"part: expected cells within {width} x {height}, "
                 f"found columns {x} to {x + w - 1} and rows {y} to {y + h - 1}"
             )
-        runs = self._cell_runs
+        runs = self.runs
         begin, end = np.searchsorted(runs.row, (y, y + h))
         rows = np.zeros((h, width), np.int8)
         # Each run adds one from its first cell on and takes it away after the last.
@@ -147,12 +148,12 @@ class OccupancyTable(ObstacleTable):
         new = _runs(rows.astype(np.bool_))
         new = new._replace(row=new.row + y)
         joined = (np.concatenate([old[:begin], one, old[end:]]) for old, one in zip(runs, new))
-        return OccupancyTable(self._frame, _Runs(*joined))
+        return OccupancyTable(self.frame, Runs(*joined))
 
     def at(self, origin: npt.ArrayLike) -> "OccupancyTable":
         """The same cells with another origin (x, y, heading) [m, m, rad]."""
         x, y, heading = array_of(origin, "origin", (3,)).tolist()
-        return OccupancyTable(self._frame._replace(origin=(x, y, heading)), self._cell_runs)
+        return OccupancyTable(self.frame._replace(origin=(x, y, heading)), self.runs)
 
     @cached_property
     def given(self) -> tuple[Obstacle, ...]:  # type: ignore[override]  # made when asked for
@@ -237,16 +238,16 @@ def _occupied(grid: npt.ArrayLike, occupied: float, unknown: bool, name: str) ->
     return np.asarray(known | (values < 0) if unknown else known)
 
 
-def _runs(cells: Flags) -> _Runs:
+def _runs(cells: Flags) -> Runs:
     """The runs of occupied cells (height, width) along rows, row by row."""
     edges = np.zeros((cells.shape[0], cells.shape[1] + 1), np.bool_)
     edges[:, :-1] = cells
     edges[:, 1:] ^= cells
     row, column = np.nonzero(edges)
-    return _Runs(row[::2], column[::2], column[1::2])
+    return Runs(row[::2], column[::2], column[1::2])
 
 
-def _joined(runs: _Runs) -> Array:
+def _joined(runs: Runs) -> Array:
     """Rectangles (n, 4) [cell] of runs: those of the same columns in rows one after the other are one."""
     order = np.lexsort((runs.row, runs.end, runs.first))
     row, first, end = (each[order] for each in runs)

@@ -130,7 +130,6 @@ class Tracks:
         if len(self.uncertainties) != n:
             raise InvalidInput(f"uncertainty: expected one or {n}, found {len(self.uncertainties)}")
         self.worlds = np.full(n, EVERY_WORLD) if worlds is None else whole_numbers(worlds, "worlds", n)
-        self._everywhere = worlds is None
         self.shares = None if shares is None else self._checked(shares)
         self.braking = None if braking is None else self._checked_braking(braking)
         # Of those that a robot follows, see `followed_by`.
@@ -234,7 +233,7 @@ class Tracks:
 
     def refuse_worlds(self, name: str) -> None:
         """Raise InvalidInput for tracks with numbers of worlds, where there is one world."""
-        if not self._everywhere and len(self):
+        if np.any(self.worlds != EVERY_WORLD):
             raise InvalidInput(f"{name}: expected tracks without worlds, which only a fleet has, found some with")
 
     def refuse_probabilities(self, name: str) -> None:
@@ -245,7 +244,7 @@ class Tracks:
     def in_world(self, world: int) -> "Tracks":
         """The tracks in a world, without numbers of worlds."""
         some = self._some(np.flatnonzero((self.worlds == world) | (self.worlds == EVERY_WORLD)))
-        return some._changed(worlds=np.full(len(some), EVERY_WORLD), _everywhere=True)
+        return some._changed(worlds=np.full(len(some), EVERY_WORLD))
 
     def _some(self, some: Indices) -> "Tracks":
         """The tracks of some indices."""

@@ -11,7 +11,7 @@ from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
 from slalom.decision import Decision, Outcome
-from slalom.decision.decision import collision_of
+from slalom.decision.decision import collision_of, not_kept
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Arrive, preferred_control
 from slalom.model.goal import Goal
@@ -128,7 +128,7 @@ def known_at(decision: Decision) -> Known:
 def beginning_of(decision: Decision) -> Known:
     """Return what the robot knew when it began the manoeuvre of a decision; that of now if that decision is unknown."""
     begun = decision.begun
-    return known_at(decision if begun is None or begun.inputs is None else begun)
+    return known_at(decision if begun is None or begun.inputs is None or begun.control_obstacle is not_kept else begun)
 
 
 def drawn_controls(known: Known, response: Response | None = None) -> DrawnControls:

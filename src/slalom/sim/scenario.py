@@ -37,7 +37,7 @@ from slalom.decision.settings import DETOURS, NUMBERS, SharedSettings
 from slalom.lookahead.navigator import LookAhead
 from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
-from slalom.model.shape import Shape
+from slalom.model.shape import Shape, refuse_turned
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
@@ -190,7 +190,7 @@ class Robot:
 
     Raises:
         InvalidInput: a shape or a goal of another dimension than the state, a negative margin or priority, a goal at
-            rest to stop at with the bound LeastSpeed.
+            rest to stop at with the bound LeastSpeed; a heading of the state for a shape that is not round.
     """
 
     shape: Shape
@@ -215,6 +215,7 @@ class Robot:
         positive(self.priority, f"{self.name}.priority")
         if self.objective is not None:
             has(self.objective, *OBJECTIVE, f"{self.name}.objective")
+        refuse_turned(self.shape, self.state.heading, f"{self.name}.state: heading")
         if self.margin is not None:
             not_negative(self.margin, f"{self.name}.margin")
         if self.appears is not None:

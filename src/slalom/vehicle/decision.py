@@ -1,17 +1,16 @@
 """Decisions of vehicles: their inputs, motions that are proposed, and the result."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from math import hypot
-from pathlib import Path as FilePath
-from typing import Any, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from slalom import kernels
-from slalom.base.checks import Array
+from slalom.base.checks import Array, array, array_of, short
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import TIME
 from slalom.decision import Decision, Outcome
@@ -116,13 +115,13 @@ class VehicleDecision(Decision):
             "no_way": None if self.no_way is None else str(self.no_way),
         }
 
-    def dump(self, file: FilePath | str) -> None:
-        """Refused: decision files hold robots that move in every direction; the `plan` of the point can be written.
-
-        Raises:
-            InvalidInput: always.
-        """
-        raise InvalidInput("decision: expected one of a Navigator for a file, found one of a vehicle; dump its plan")
+    @property
+    def remembered(self) -> "VehicleDecision":
+        """The decision as far as the next one depends on it, without its inputs and what is only reported."""
+        made = self.inputs
+        less: dict[str, Any] = {"inputs": made and made._replace(obstacles=(), robots=None, previous=None)}
+        less |= {"earlier": (), "begun": None, "record": None}
+        return replace(self, **less, plan=replace(self.plan, **less))
 
     def pose_at(self, now: float) -> Pose:
         """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
@@ -132,18 +131,31 @@ class VehicleDecision(Decision):
 # The motion of a point of a vehicle as a response: what a robot does that is committed to it.
 
 
+@dataclass(frozen=True, eq=False)
 class PointMotion(Unsteered):
     """Response whose motion is that of a point of a vehicle, whatever the control: gain 0. It ends at rest.
 
     Args:
         times: (m + 1,) [s] from now. path: (m + 1, 2) [m] of the point, velocities: (m + 1, 2) [m/s].
+
+    Raises:
+        InvalidInput: arrays of other shapes; times that do not increase.
     """
 
-    interpolation_error = 0.0
+    interpolation_error: ClassVar[float] = 0.0
+    times: Array
+    path: Array
+    velocities: Array
 
-    def __init__(self, times: Array, path: Array, velocities: Array) -> None:
-        self.times = times
-        self._pieces: Path = hermite(times, path, velocities)
+    def __post_init__(self) -> None:
+        shape = (len(array(self.times, "times")), 2)
+        array_of(self.path, "path", shape), array_of(self.velocities, "velocities", shape)
+        if shape[0] < 2 or np.any(np.diff(self.times) <= 0.0):
+            raise InvalidInput(f"times: expected two or more that increase, found {short(self.times)}")
+
+    @cached_property
+    def _pieces(self) -> Path:
+        return hermite(self.times, self.path, self.velocities)
 
     def _affine(self, t: npt.ArrayLike, derivative: int) -> Affine:
         time = np.asarray(t, dtype=np.float64)

@@ -1,10 +1,10 @@
 """Decisions of a vehicle that are judged by the motion of its body, not of the point that it decides for."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import ceil, hypot
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from slalom import kernels
 from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, flag, has, not_negative, number
 from slalom.base.errors import InvalidInput
 from slalom.decision import Decision, Outcome
+from slalom.decision.document import KINDS
 from slalom.decision.fallback import DEEPER_BY, is_moving
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
@@ -25,16 +26,17 @@ from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Disc, Shape
 from slalom.obstacle import Obstacle
-from slalom.obstacle.table import same_dimension
+from slalom.obstacle.table import ObstacleTable, same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, listed
-from slalom.vehicle.curves import Way, ends
-from slalom.vehicle.decision import PERSISTS, Moment, Proposal, VehicleDecision, estimated, manoeuvre_of
+from slalom.vehicle.curves import Arc, Way, ends
+from slalom.vehicle.decision import PERSISTS, Moment, PointMotion, Proposal, VehicleDecision, estimated, manoeuvre_of
 from slalom.vehicle.sweep import Scene, convex_bodies
-from slalom.vehicle.vehicle import POSE, Pose, Vehicle, pose_of
+from slalom.vehicle.vehicle import POSE, Bicycle, Command, DifferentialDrive, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import (
     OFF_WAY,
     Following,
+    Outcome as WayOutcome,
     WayFound,
     begun,
     direct_ways,
@@ -109,6 +111,26 @@ GAIN: Final = 0.1
 
 As of SLOW.
 """
+
+
+class VehicleInputs(NamedTuple):
+    """All inputs of a decision, see `VehicleNavigator.decide`: a `Record`."""
+
+    navigator: "VehicleNavigator"
+    pose: Pose
+    obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
+    goal: Goal | None
+    robots: Tracks | None
+    now: float
+    previous: VehicleDecision | None
+    objective: Objective | None
+    delay: float
+    budget: float | None
+
+    def repeat(self) -> VehicleDecision:
+        """The decision, made again."""
+        given = self._asdict()
+        return self.navigator.decide(**{name: given[name] for name in self._fields[1:]})
 
 
 @dataclass(frozen=True)
@@ -225,12 +247,17 @@ class VehicleNavigator(SharedSettings):
         not_negative(delay, "delay")
         if previous is not None:
             has(previous, ("manoeuvre", "motions", "track"), "a VehicleDecision", "previous")
+        before = None if previous is None else previous.remembered
+        around = tuple(listed(obstacles))
+        record = VehicleInputs(self, pose, around, goal, robots, now, before, objective, delay, budget)
         further = {"robots": robots, "objective": objective, "budget": budget}
-        moment = self._moment(pose, obstacles, goal, now, previous, delay, further)
+        moment = self._moment(pose, around, goal, now, previous, delay, further)
         overlapped = moment.bodies.at_rest & (moment.gaps < -self._contact_depth)
         if overlapped.any():
-            return self._leaving(moment, np.unique(moment.bodies.owner[overlapped]))
-        return self._chosen(moment)
+            found = self._leaving(moment, np.unique(moment.bodies.owner[overlapped]))
+        else:
+            found = self._chosen(moment)
+        return replace(found, record=record)
 
     def _moment(
         self,
@@ -416,7 +443,8 @@ class VehicleNavigator(SharedSettings):
     def _going_on(self, moment: Moment, previous: VehicleDecision) -> Proposal:
         """The motion that follows the previous manoeuvre further: its plan, with what is known now."""
         new = moment.plan
-        plan = replace(previous.plan, inputs=new.inputs, approach=new.approach, progress=new.progress)
+        known = {name: getattr(new, name) for name in ("inputs", "control_obstacle", "approach", "progress")}
+        plan = replace(previous.plan, **known)
         return self._planned(moment, previous.manoeuvre)._replace(plan=plan)
 
     def _going_on_or_held(self, moment: Moment, keep: Array, target: Array, least: float) -> Proposal | None:
@@ -609,3 +637,12 @@ class VehicleNavigator(SharedSettings):
         """The arguments of kernels that look for contacts of the body."""
         hull = Hull(self.corners, self._size, PARTS, keep, ADVANCE_SHARE * self._contact_depth, self.horizon)
         return hull, moment.bodies, moment.bodies.hulls
+
+
+KINDS.update(
+    {
+        "WayOutcome": WayOutcome,
+        **{cls.__name__: cls for cls in (Arc, Bicycle, Command, DifferentialDrive, Following, PointMotion, Pose)},
+        **{cls.__name__: cls for cls in (VehicleDecision, VehicleInputs, VehicleNavigator, WayFound)},
+    }
+)

@@ -244,7 +244,7 @@ def cell_list(order: Indices, robots: RobotTable, responses: ResponseTable, sett
     for axis in range(d):
         extent = high[axis] - low[axis]
         if extent > far:
-            counts[axis] = min(int(extent / far), most)
+            counts[axis] = int(min(extent / far, float(most)))  # far apart, the quotient is no int64
         width[axis] = max(extent / counts[axis], far)
         total *= counts[axis]
     first = np.zeros(total + 1, np.int64)

@@ -29,7 +29,7 @@ from slalom.base.checks import Checked, direction, duration, fraction, not_negat
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import file_keys
 from slalom.decision.objective import OBJECTIVES, Objective
-from slalom.decision.settings import checked_detours, checked_holds, names_of
+from slalom.decision.settings import checked_holds, names_of
 from slalom.model.bounds import BOUNDS, Bound
 from slalom.model.shape import SHAPES, Shape
 from slalom.model.trajectory import TRAJECTORIES, Trajectory
@@ -133,7 +133,6 @@ NUMBERS: Final[Mapping[Any, Any]] = {
     direction: Vector | None,
     duration: Positive,
     checked_holds: Annotated[list[Positive], Field(min_length=1)],
-    checked_detours: list[FiniteFloat] | None,
 }
 """Types in files, by the check in the annotation of a field."""
 
@@ -229,19 +228,13 @@ def model_of_part(kind: str, part: type) -> type[PartModel]:
     return model
 
 
-def model_of_settings(name: str, settings: type, base: type[Model], *, required: bool = False) -> type[Model]:
-    """Return a model with the keys of a base, and those of settings that are numbers or lists of them.
-
-    Args:
-        required: whether the keys of settings must be there; else they have the defaults of the settings.
-    """
+def model_of_settings(name: str, settings: type, base: type[Model]) -> type[Model]:
+    """Return a model with the keys of a base, and those of settings that are numbers or lists of them."""
     hints = get_type_hints(settings, include_extras=True)
     keys: dict[str, Any] = {
         each: (_value_type(hints[each]), getattr(settings, each)) for each in names_of(settings, float)
     }
     keys |= {each: (_value_type(hints[each]), list(getattr(settings, each))) for each in names_of(settings, tuple)}
-    if required:
-        keys = {each: (hint, ...) for each, (hint, _) in keys.items()}
     return create_model(name, __base__=base, __module__=base.__module__, **keys)
 
 

@@ -2,28 +2,41 @@
 
 import io
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from ruamel.yaml import YAML
 
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import to_plain
 from slalom.decision.document import TABLES, goal_to_plain
+from slalom.decision.methods import method
 from slalom.decision.objective import OBJECTIVES
-from slalom.decision.settings import NUMBERS
+from slalom.decision.settings import NUMBERS, SharedSettings
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import SHAPES
-from slalom.model.trajectory import TRAJECTORIES
+from slalom.model.state import State
+from slalom.model.trajectory import TRAJECTORIES, Composite, ConstantVelocity, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Obstacle
 from slalom.sim.measure.hdf5 import in_files
 from slalom.sim.scenario import Robot, Scenario, numbers_of
 
-NOT_IN_FILES = ("sight_noise", "sight_delay", "sight_loss")
-"""Settings that scenario files cannot hold."""
+WRITTEN = (*(each.name for each in fields(SharedSettings)), "name", "robots", "obstacles", "start", "duration", "dt")
+WRITTEN += ("replan", "guided", "early", "sight", "period")
+"""Fields of scenarios in files."""
+ORIGIN = ("parameters", "recorded", "notes")
+"""Fields that say where a scenario comes from; no run depends on them, and files do not hold them."""
+NOT_IN_FILES: dict[type, dict[str, Any]] = {
+    Scenario: {e.name: e.default for e in fields(Scenario) if e.name not in (*WRITTEN, *ORIGIN)},
+    State: {"acceleration": 0.0, "heading": None},
+    Goal: {"heading": None, "heading_tolerance": Goal.heading_tolerance},
+    Obstacle: {"probability": 1.0},
+}
+"""Fields that scenario files cannot hold, with the values that they have for them."""
 
 
 def write_scenario(scenario: Scenario, path: Path | str) -> None:
@@ -37,15 +50,12 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     A trajectory that files cannot hold (a composite, a Python function) is written as cubic pieces over the run and one
     horizon. They are within the error of its path.
 
+    Files do not hold the fields ORIGIN.
+
     Raises:
-        InvalidInput: a setting that files cannot hold, a part of a kind that is in no registry.
+        InvalidInput: a field with a value that files cannot hold, a part of a kind that is in no registry.
     """
-    default = Scenario.__dataclass_fields__
-    for name in NOT_IN_FILES:
-        if getattr(scenario, name) != default[name].default:
-            raise InvalidInput(
-                f"{name}: expected {default[name].default:g} in a file, found {getattr(scenario, name):g}"
-            )
+    _refuse_lost(scenario, Scenario)
     content: dict[str, Any] = {"name": scenario.name}
     numbers = dict.fromkeys(("start", "duration", "dt", "horizon", "margin", "replan", *NUMBERS))
     content |= {name: float(getattr(scenario, name)) for name in numbers}
@@ -66,7 +76,18 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     return stream.getvalue()
 
 
+def _refuse_lost(part: object, cls: type, where: str = "") -> None:
+    """Raise InvalidInput for a field that a file cannot hold."""
+    for name, value in NOT_IN_FILES[cls].items():
+        found = getattr(part, name)
+        if np.any(found != value):
+            expected = f"{value:g}" if isinstance(value, float) else "none"
+            raise InvalidInput(f"{where}{name}: expected {expected} in a file, found {found}")
+
+
 def _robot(robot: Robot, start: float, end: float) -> dict[str, Any]:
+    _refuse_lost(robot.state, State, f"{robot.name}: ")
+    _refuse_lost(robot.goal, Goal, f"{robot.name}: goal: ")
     limits = to_plain(robot.limits, tables=TABLES)
     found: dict[str, Any] = {
         "name": robot.name,
@@ -79,6 +100,8 @@ def _robot(robot: Robot, start: float, end: float) -> dict[str, Any]:
         "goal": _goal(robot.goal, start, end),
     }
     if robot.method is not None:
+        if method(robot.method.name) != robot.method:
+            raise InvalidInput(f"{robot.name}: method: expected one of the table in a file, found another one")
         found["method"] = robot.method.name
     if robot.margin is not None:
         found["margin"] = float(robot.margin)
@@ -103,15 +126,29 @@ def _goal(goal: Goal, start: float, end: float) -> dict[str, Any]:
 
 
 def _obstacle(obstacle: Obstacle, start: float, end: float) -> dict[str, Any]:
-    if not obstacle.contact_at_rest:
-        raise InvalidInput(f"obstacle {obstacle.name!r}: expected contact_at_rest True in a file, found False")
+    _refuse_lost(obstacle, Obstacle, f"{obstacle.name}: ")
     found: dict[str, Any] = {"name": obstacle.name, "shape": _part(obstacle.shape, SHAPES)}
-    found["trajectory"] = _part(in_files(obstacle.trajectory, start, end), TRAJECTORIES)
+    found["trajectory"] = _part(in_files(_ending(obstacle), start, end), TRAJECTORIES)
     if obstacle.heading != 0.0:
         found["heading"] = to_plain(obstacle.heading)
     if obstacle.uncertainty is not None:
         found["uncertainty"] = _part(obstacle.uncertainty, UNCERTAINTIES)
+    if obstacle.after_end != replace(obstacle, after_end="unknown").of_scenario().after_end:
+        found["after_end"] = obstacle.after_end
+    found |= {} if obstacle.contact_at_rest else {"contact_at_rest": False}
+    found |= {"owner": obstacle.owner} if obstacle.owner else {}
     return found
+
+
+def _ending(obstacle: Obstacle) -> Trajectory:
+    """The trajectory of an obstacle without what `Obstacle.continued` added, which the reader adds again."""
+    found = obstacle.trajectory
+    if obstacle.after_end != "continues" or not isinstance(found, Composite):
+        return found
+    first, rest = found.parts[0], found.parts[-1]
+    end = found.switches[0]
+    same = len(found.parts) == 2 and first.span[1] == end and isinstance(rest, ConstantVelocity)
+    return first if same and np.array_equal(rest.velocity(end), first.velocity(end)) else found
 
 
 def _part(part: Any, kinds: Mapping[str, type]) -> Any:

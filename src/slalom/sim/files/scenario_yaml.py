@@ -342,9 +342,9 @@ class _Parts(Mistakes):
         shape = self.attempt(("obstacles", k), lambda: spec.whole_shape(d))
         if shape is None:
             return None
+        given = {key: built(value) for key, value in spec if key not in ("name", "radius", "shape", "trajectory")}
         return self.attempt(
-            ("obstacles", k, "trajectory"),
-            lambda: Obstacle(shape, spec.trajectory.build(), name, built(spec.heading), built(spec.uncertainty)),
+            ("obstacles", k, "trajectory"), lambda: Obstacle(shape, spec.trajectory.build(), name, **given)
         )
 
     def walls(self, name: str, unit: str | None, d: int) -> Walls | None:

@@ -262,6 +262,9 @@ class ObstacleSpec(Shaped):
     name: str = ""
     heading: HeadingModel = 0.0
     uncertainty: UncertaintyModel | None = None
+    after_end: Literal["unknown", "continues", "leaves"] = "unknown"
+    contact_at_rest: bool = True
+    owner: str = ""
     trajectory: TrajectoryModel
 
 
