@@ -7,8 +7,9 @@ from importlib.metadata import version
 from pathlib import Path as FilePath
 from typing import Any, Final
 
-from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.errors import InvalidInput
 from slalom.base.registry import Tables, to_plain
+from slalom.base.writing import write_file
 from slalom.decision.decision import Commitment, DecisionInputs
 from slalom.decision.methods import variant_of
 from slalom.decision.objective import OBJECTIVES
@@ -51,11 +52,7 @@ TRACK_FIELDS: Final = (
 
 def dump(made: DecisionInputs | None, outcome: str, manoeuvre: Manoeuvre, file: FilePath) -> None:
     """Write the inputs and the result of a decision as JSON, see `Decision.dump`."""
-    text = json.dumps(document(made, outcome, manoeuvre), indent=1, allow_nan=False)
-    try:
-        file.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InvalidFile([f"{file}: expected a file that can be written, found {reason(error)}"]) from None
+    write_file(file, json.dumps(document(made, outcome, manoeuvre), indent=1, allow_nan=False) + "\n")
 
 
 def document(made: DecisionInputs | None, outcome: str, manoeuvre: Manoeuvre) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from ruamel.yaml import YAML
 
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import to_plain
+from slalom.base.writing import write_file
 from slalom.decision.document import TABLES, goal_to_plain
 from slalom.decision.objective import OBJECTIVES
 from slalom.decision.settings import NUMBERS
@@ -28,7 +29,7 @@ NOT_IN_FILES = ("message_delay", "message_loss", "sight_noise", "sight_delay", "
 
 def write_scenario(scenario: Scenario, path: Path | str) -> None:
     """Write a scenario file, see `scenario_text`."""
-    Path(path).write_text(scenario_text(scenario), encoding="utf-8")
+    write_file(path, scenario_text(scenario))
 
 
 def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
