@@ -23,7 +23,7 @@ from slalom.base.registry import Kind, Registry
 from slalom.base.tolerances import REST
 from slalom.base.writing import replacing, write_file
 from slalom.io import pedestrians, vehicles
-from slalom.io.layout import Layout, frame_step, read_layout
+from slalom.io.layout import Layout, frame_step, length_unit, read_layout
 from slalom.io.recorded import BOUNDING_BOX, Agent, RecordedTracks, Rows, tracks_of
 from slalom.io.sheet import LENGTHS, beginning_sheet, parquet
 from slalom.io.table import beginning_of
@@ -534,18 +534,22 @@ def read_recording(
         max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; no limit if None.
         interpolation: "smooth" or "linear", as of `Sampled`.
         keep: which of several rows of an agent at one time is read, "first" or "last"; such rows are a mistake if None.
-        settings: keyword arguments of the format's reader, such as frame_rate.
+        settings: keyword arguments of the format's reader, such as frame_rate; with every format `unit`, of lengths.
 
     Raises:
-        InvalidFile: no such file, no matching format, rows that form no track; every mistake with its line.
+        InvalidFile: no such file, no matching format, rows that form no track; every mistake with its line; an assumed
+            unit that gives a median speed that no agent of the kind has.
         InvalidInput: an unknown format, unknown or invalid settings.
     """
     path = Path(path)
     row = FORMATS.find(format_of(path, "columns" in settings) if format is None else format, "format")
+    metres = None if "unit" in _keywords(row.reader) else length_unit(settings.pop("unit", None))
     _check(row.reader, row.name, settings)
     rows = row.reader(path, **settings)
+    rows = rows if metres is None else rows.scaled(metres)
     found = tracks_of(rows, gap=gap, max_speed=max_speed, interpolation=interpolation, keep=keep)
-    return replace(found, format=row.name, notes=(*found.notes, *found.implausible(row.agents)))
+    warnings = found.implausible(row.agents, path if rows.assumed else None)
+    return replace(found, format=row.name, notes=(*found.notes, *warnings))
 
 
 def format_of_suffix() -> dict[str, str]:
@@ -579,8 +583,8 @@ def writer_settings(name: str) -> list[str]:
 
 
 def reader_settings(name: str) -> list[str]:
-    """Return the names of the settings of the reader of a format, such as frame_rate."""
-    return list(_keywords(FORMATS.find(name, "format").reader))
+    """Return the names of the settings with which a format is read, such as frame_rate."""
+    return list(dict.fromkeys((*_keywords(FORMATS.find(name, "format").reader), "unit")))
 
 
 def format_of(path: Path, columns: bool = False) -> str:
