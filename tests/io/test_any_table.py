@@ -158,12 +158,10 @@ def test_shapes_in_any_combination(separator, names, encoding, ending, order, tm
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (table("t,id,x,y", "{t},{a},{x}e3,{y}e3"), "median speed 1e+03 m/s of pedestrian tracks, expected at most 2.5"),
+        (table("t,id,x,y", "{t},{a},{x}e1,{y}e1"), "median speed 10 m/s of pedestrian tracks, expected at most 2.5"),
         (table("t,id,x,y", "{t},{a},{x}e-5,{y}e-5"), "largest speed 1e-05 m/s: for degrees, --columns latitude=y,"),
-        (
-            table("t,id,x,y,kind", "{t},{a},{x}e3,{y}e3,car"),
-            "median speed 1e+03 m/s of car tracks, expected at most 70",
-        ),
+        (table("t,id,x,y,kind", "{t},{a},{x}e2,{y}e2,car"), "median speed 100 m/s of car tracks, expected at most 70"),
+        (table("t,id,x [m],y [m]", "{t},{a},{x}e3,{y}e3"), "median speed 1e+03 m/s of pedestrian tracks, expected at"),
         (table("t,id,x,y,z", "{t},{a},{x},{y},-5"), "z from -5 to -5 m: --columns z=-z if z points down"),
         (table("t,id,x,y,z", "{t},{a},{x},{y},30000"), "z from 30000 to 30000 m: --altitude-unit 0.3048 for feet"),
     ],
@@ -308,3 +306,71 @@ def test_walls_of_a_database_stop_a_robot(tmp_path: Path) -> None:
         & (np.abs(y) < 1.3 - 1e-6)
         & (np.hypot(np.maximum(np.abs(x - 2.5) - 0.5, 0), np.maximum(np.abs(y) - 1, 0)) < 0.3 - 1e-6)
     )
+
+
+UNITS = {  # what comments say, and the unit [m] of the positions, None for none
+    "positions in centimeters": 0.01,
+    "Positions are given in millimetres, time in s": 0.001,
+    "The coordinates of the persons are in feet.": 0.3048,
+    "Length unit: mm": 0.001,
+    "unit = cm": 0.01,
+    "x and y (cm), height in m": 0.01,
+    "speeds in m/s and positions in cm": 0.01,
+    "positions_unit: kilometers": 1000.0,
+    "all values in meters": 1.0,
+    "heights in cm": None,
+    "a room of persons with a height in cm": None,
+    "errors of the positions in mm": None,
+    "trajectories through a 100-cm door at 2 cm": None,
+}
+
+
+@pytest.mark.parametrize("said", UNITS)
+def test_a_unit_in_words(said: str, tmp_path: Path) -> None:
+    """It is taken and said, also of other columns of lengths; that of something else is not."""
+    unit = UNITS[said]
+    path = write(tmp_path, "a.csv", f"# {said}\n" + table("t,id,x,y,radius", "{t},{a},{x},{y},0.1"))
+    tracks = read_recording(path)
+    np.testing.assert_allclose(tracks.agents["1"].trajectory.positions, WALK["1"] * (unit or 1.0))
+    assert tracks.agents["1"].radius == pytest.approx(0.1 * (unit or 1.0))
+    assert any("as a comment states" in note for note in tracks.notes) == (unit not in (None, 1.0))
+
+
+FAST = {
+    "plain.csv": table("t,id,x,y", "{t},{a},{x}e2,{y}e2"),
+    "car.csv": table("t,id,x,y,kind", "{t},{a},{x}e3,{y}e3,car"),
+    "capture.csv": "Frame,Time,Head X,Head Y,Head Z,Foot X,Foot Y,Foot Z\n"
+    + "".join(f"{k},{k / 100},{13 * k},{k},1700,{13 * k},{k},80\n" for k in range(31)),
+    "resting.csv": table("t,id,x,y", "{t},{a},{x}e2,{y}e2") + "".join(f"{k},rests,0,0\n" for k in range(99)),
+    "biwi.txt": "".join(f"{780 + 10 * k} 1 {50 * k} 0\n" for k in range(5)),
+}
+"""Tables of positions in cm and mm that do not state it."""
+
+
+@pytest.mark.parametrize("name", FAST)
+def test_an_assumed_unit_gives_no_impossible_speed(name: str, tmp_path: Path) -> None:
+    path = write(tmp_path, name, FAST[name])
+    with pytest.raises(InvalidFile, match=r"^\S+: expected a median speed of \w+ tracks of at most .*--unit"):
+        read_recording(path)
+    tracks = read_recording(path, unit="m")
+    assert any(note.startswith("warning: median speed") for note in tracks.notes)
+    read_recording(path, unit="mm")
+
+
+def test_a_unit_of_any_format(tmp_path: Path) -> None:
+    lines = ['{"scene": {"id": 0, "p": 1, "s": 0, "e": 20, "fps": 2.5}}']
+    lines += [f'{{"track": {{"f": {k}, "p": 1, "x": {60 * k}, "y": 0}}}}' for k in range(3)]
+    path = write(tmp_path, "a.ndjson", "\n".join(lines))
+    positions = read_recording(path, unit="cm").agents["1"].trajectory.positions
+    np.testing.assert_allclose(positions, [(0, 0), (0.6, 0), (1.2, 0)])
+
+
+def test_packed_parts_are_read_whole_and_cut_ones_refused(tmp_path: Path) -> None:
+    head, lines = PLAIN[: len(PLAIN) // 2], PLAIN[len(PLAIN) // 2 :]
+    whole = gzip.compress(head.encode()) + gzip.compress(b"") + gzip.compress(lines.encode())
+    check(read_recording(write(tmp_path, "a.csv.gz", whole + bytes(8))))
+    border = len(gzip.compress(head.encode()))
+    for size in range(40, len(whole)):
+        if size not in (border, border + len(gzip.compress(b""))):  # there it is a whole file
+            with pytest.raises(InvalidFile, match=r"gzip packed, found "):
+                read_recording(write(tmp_path, "a.csv.gz", whole[:size]))

@@ -272,7 +272,7 @@ def written(folder: Path, tracks: RecordedTracks, name: str, rate: float) -> Rec
     """What is read from the file to which tracks were written."""
     path = folder / SAMPLES[name].name
     write_recording(path, tracks, name, **({} if name == "csv" else {"frame_rate": rate}))
-    return read_recording(path)
+    return read_recording(path, unit="m")
 
 
 @st.composite
@@ -495,8 +495,9 @@ def test_units_and_rates_of_pedpy(tmp_path: Path) -> None:
     np.testing.assert_allclose(place("#framerate:16.00\n# x, y in cm"), [2.5, 0.05, 0.5])
     np.testing.assert_allclose(place("# in m", frame_rate=8), [250, 5, 1.0])
     np.testing.assert_allclose(place("# framerate: 8", unit="cm"), [2.5, 0.05, 1.0])
-    np.testing.assert_allclose(place("# framerate: 8"), [250, 5, 1.0])
-    assert read_recording(tmp_path / "a.txt").notes[0] == "unit of the positions not stated: m assumed"
+    np.testing.assert_allclose(place("# framerate: 8", unit="m"), [250, 5, 1.0])
+    slow = text(tmp_path, "a.txt", "# framerate: 8\n1 0 250 5\n1 8 251 5\n")
+    assert read_recording(slow).notes[0] == "unit of the positions not stated: m assumed"
     for head, settings_given, message in (
         ("#", {}, "expected a frame rate above 0, in the file or given, found none"),
         ("# framerate: 0", {}, "expected a frame rate above 0, in the file or given, found 0 Hz"),

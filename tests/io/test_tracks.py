@@ -83,8 +83,8 @@ def test_space(tmp_path: Path) -> None:
 
 
 def test_numbers_in_any_notation(tmp_path: Path) -> None:
-    tracks = read(tmp_path, "t,id,x,y\n0,1,1e3,-.5\n+1.0,1,1E-3,5.\n")
-    np.testing.assert_array_equal(tracks[1].positions, [[1000.0, -0.5], [0.001, 5.0]])
+    tracks = read(tmp_path, "t,id,x,y\n0,1,1e1,-.5\n+1.0,1,1E-3,5.\n")
+    np.testing.assert_array_equal(tracks[1].positions, [[10.0, -0.5], [0.001, 5.0]])
 
 
 def test_blank_lines_are_skipped(tmp_path: Path) -> None:

@@ -145,12 +145,8 @@ def no_bag(folder: Path) -> object:
 
 
 def bag_that_exists(folder: Path) -> object:
-    """A writer that finds a folder, in place of that of rosbags."""
-
-    def exists(*_: object, **__: object) -> None:
-        raise KeyError("it exists")
-
-    writer = Message(Writer=exists, WriterError=KeyError, StoragePlugin=Message(MCAP=1))
+    """A bag in place of a folder, for which no package is needed."""
+    writer = Message(Writer=None, WriterError=KeyError, StoragePlugin=Message(MCAP=1))
     with patch.dict(sys.modules, {"rosbags": Message(rosbag2=writer), "rosbags.rosbag2": writer}):
         return topics.write_bag([], folder)
 
@@ -164,7 +160,7 @@ def with_map(message: Message) -> object:
 
 BAGS: dict[str, Callable[[Path], object]] = {
     r"drive: expected a bag of ROS, found nothing": no_bag,
-    r"expected a bag that can be written, found 'it exists'": bag_that_exists,
+    r"expected a file that can be written, found a folder": bag_that_exists,
 }
 """Of files."""
 

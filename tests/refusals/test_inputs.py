@@ -480,6 +480,16 @@ RECORDINGS: dict[str, tuple[str, str | bytes, dict[str, str]]] = {
     r"a\.csv: expected a readable text file, found ": ("a.csv", b"\xff\xfea", {"format": "csv"}),
     r"a\.csv: expected a readable text file, found .*0xff": ("a.csv", b"\xff\0" + ROW.encode(), {"format": "csv"}),
     r"a\.csv: expected a file that gzip packed, found ": ("a.csv", b"\x1f\x8b" + ROW.encode(), {"format": "csv"}),
+    r"a\.csv: expected one unit of positions in the comments, found cm, mm": (
+        "a.csv",
+        b"# positions in cm\n# coordinates in millimetres\n" + ROW.encode(),
+        {},
+    ),
+    r"a\.csv: expected a median speed of pedestrian tracks of at most 13 m/s, found 1e\+03 m/s: .*; --unit m reads": (
+        "a.csv",
+        b"t,id,x,y\n0,1,0,0\n1,1,1000,0\n",
+        {},
+    ),
     r"a\.csv:2: expected comma-separated cells, found ": ("a.csv", 't,id,x,y\n"0"1,1,0,0\n', {}),
     r"a\.csv:1: expected columns of id, x, y, or their names in columns \(id= for one agent\), found 'time'": (
         "a.csv",

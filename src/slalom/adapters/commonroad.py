@@ -18,6 +18,7 @@ import shapely.ops
 
 from slalom.base.checks import Array, known
 from slalom.base.errors import InvalidInput
+from slalom.base.writing import replacing
 from slalom.decision.methods import method
 from slalom.decision.navigator import Navigator
 from slalom.kernels.arrays import Flags
@@ -539,7 +540,8 @@ def write(made: Any, folder: Path, name: str) -> Path:
     """Write a solution into `folder`, and return its file."""
     from commonroad.common.solution import CommonRoadSolutionWriter
 
-    CommonRoadSolutionWriter(made).write_to_file(str(folder), name, overwrite=True)
+    with replacing(folder / name) as part:
+        CommonRoadSolutionWriter(made).write_to_file(str(part.parent), name, overwrite=True)
     return folder / name
 
 

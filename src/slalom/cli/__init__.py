@@ -74,6 +74,10 @@ def call(tokens: Sequence[str] | None = None) -> int:
         # The reader of stdout (head, less) has closed it: stop without output.
         discard_output()
         return FAILED
+    except OSError as error:
+        # Of a package: without space for temporary files, for example.
+        print_message(f"slalom: expected folders that can be read and written, found {error}")
+        return BAD_INPUT
     except MemoryError:
         print_message("slalom: expected a task that fits into the memory, found one that does not")
         return BAD_INPUT

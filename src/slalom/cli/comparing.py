@@ -10,6 +10,7 @@ from cyclopts import Group, Parameter
 
 from slalom.__main__ import INTERRUPTED
 from slalom.base.errors import InvalidInput
+from slalom.base.writing import write_file
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -25,7 +26,6 @@ from slalom.cli.console import (
     refuse_source,
     resolved,
     writable,
-    writing,
 )
 from slalom.cli.options import Look, drawable, refuse_without
 from slalom.cli.report import page_text, table_text
@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 
 Tables = Annotated[list[Path] | None, Parameter(name=("--out", "--csv"), consume_multiple=True, negative=())]
+NAMES = "surrogateescape"
+"""A name of a file that the encoding of the system does not have is written as its bytes."""
 WORK = Group("Where runs are made and kept", sort_key=1)
 
 
@@ -138,11 +140,12 @@ class Written:
         with_versions = versions(contender(name) for row in study.rows for name in row.methods)
         if self.page is not None:
             made = f"{command} --page {shlex.quote(str(self.page))}"
-            _write(self.page, page_text(tables, study.title, study.text, made, with_versions, study.missing))
+            text = page_text(tables, study.title, study.text, made, with_versions, study.missing)
+            write_file(self.page, text, NAMES)
         for path in self.out or ():
             listed = ", ".join(f"{name} {version}" for name, version in with_versions.items())
             made = f"Made by {command} --out {shlex.quote(str(path))} with {listed}."
-            _write(path, WRITERS[path.suffix](tables, made))
+            write_file(path, WRITERS[path.suffix](tables, made), NAMES)
         if self.figure is not None:
             from slalom import view
 
@@ -271,12 +274,6 @@ def _print_notes(study: "Study") -> None:
         print_message(f"{setting}: no effect on {', '.join(found)}")
     for name in study.missing:
         print_message(f"{name}: left out, no such file; --data gives the folder of the test cases")
-
-
-def _write(path: Path, text: str) -> None:
-    with writing(path):
-        # A name of a file that the encoding of the system does not have is written as its bytes.
-        path.write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
 def _command(

@@ -1,6 +1,5 @@
 """Shared parts of the commands: exit codes, settings, checks of output files, progress bar, printing."""
 
-import errno
 import os
 import sys
 import time
@@ -13,6 +12,7 @@ from typing import Annotated, Any, Final
 from cyclopts import Parameter, Token
 
 from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.writing import refuse_unwritable, writing
 
 ESTIMATE_AFTER: Final = 3.0
 """[s] Time after the first report of progress at which the command line estimates the rest.
@@ -110,10 +110,7 @@ def writable(*paths: Path | None) -> None:
         if path is not None:
             with writing(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
-                if path.is_dir():
-                    raise IsADirectoryError(errno.EISDIR, "")
-                if not os.access(path if path.exists() else path.parent, os.W_OK):
-                    raise PermissionError(errno.EACCES, "")
+                refuse_unwritable(path)
 
 
 def refuse_source(source: Path | str, *targets: Path | None) -> None:
@@ -161,15 +158,6 @@ def resolved(name: str) -> str:
                 f"'{SAMPLE}{meant}'?"
             )
     return name
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Convert an OSError while writing `path` to InvalidFile."""
-    try:
-        yield
-    except OSError as error:
-        raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 from cyclopts import Group, Parameter
 
 from slalom.base.errors import InvalidInput
-from slalom.cli.console import Names, vector_of, writing
+from slalom.cli.console import Names, vector_of
 
 if TYPE_CHECKING:
     from slalom.sim import Scenario
@@ -296,13 +296,12 @@ class Look:
                 positive(getattr(self, item.name), f"--{item.name.replace('_', '-')}")
 
     def save(self, figure: Any, path: Path) -> Path:
-        """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `writing`."""
+        """Write a figure in this look. Raises InvalidInput for a width without space, InvalidFile as `view.save`."""
         from slalom import view
 
         try:
             shown = view.resized(figure, width=self.figure_width, font_scale=self.font_scale)
-            with writing(path):
-                return view.save(shown, path, resolution=self.resolution)
+            return view.save(shown, path, resolution=self.resolution)
         except InvalidInput as error:
             name, _, text = str(error).partition(":")
             raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None

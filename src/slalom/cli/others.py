@@ -11,6 +11,7 @@ from cyclopts import App, Group, Parameter
 
 from slalom.adapters.ros.shell import NodeSettings
 from slalom.base.errors import Extra, InvalidInput
+from slalom.base.writing import writing
 from slalom.cli.console import (
     DONE,
     FAILED,
@@ -23,7 +24,6 @@ from slalom.cli.console import (
     progress,
     vector_of,
     writable,
-    writing,
 )
 from slalom.cli.options import Look, SignedText, drawable, refuse_without
 from slalom.cli.report import FORESIGHT_SENTENCES, files_text, list_text, with_values
@@ -290,11 +290,10 @@ def replay(
     with progress("replaying") as advance:
         commands = bags.replay(bags.read_bag(bag, topics, advance, ignore or ()), made)
     if out is not None:
-        with writing(out):
-            if out.suffix == ".csv":
-                bags.write_table(commands, out)
-            else:
-                bags.write_bag(bags.as_sent(commands), out)
+        if out.suffix == ".csv":
+            bags.write_table(commands, out)
+        else:
+            bags.write_bag(bags.as_sent(commands), out)
     if figure is not None:
         (look or Look()).save(bags.figure(commands, made.driver.navigator.robot), figure)
     result = {

@@ -25,7 +25,6 @@ from slalom.cli.console import (
     refuse_source,
     resolved,
     writable,
-    writing,
 )
 from slalom.cli.options import Crossing, Look, Reading, WallsFile, drawable, is_recording, refuse_without, scenario_of
 from slalom.cli.report import counted, run_text
@@ -259,8 +258,7 @@ def write_run(recording: "Recording", out: Path) -> None:
     """Write the run to a file; print notes on omitted and renamed agents."""
     name = _output_format(out, recording.dimension)
     if not name:
-        with writing(out):
-            recording.save(out)
+        recording.save(out)
         return
     from slalom.io.formats import write_recording, writer_settings
     from slalom.sim.measure.export_tracks import as_tracks

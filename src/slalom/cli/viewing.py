@@ -19,7 +19,6 @@ from slalom.cli.console import (
     progress,
     resolved,
     writable,
-    writing,
 )
 from slalom.cli.options import Crossing, Reading, WallsFile, given_options, is_recording, scenario_of, tracks_of
 from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, is_run
@@ -126,7 +125,7 @@ def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = 
 
     recording = _recording(run)
     writable(page)
-    with progress("exporting") as advance, writing(page):
+    with progress("exporting") as advance:
         write(recording, page, robot=robot, interval=every, progress=advance)
     print_line(str(page))
     return DONE
@@ -169,7 +168,7 @@ def animate(
     checked(video)
     recording = _recording(run)
     writable(video)
-    with progress("animating") as advance, writing(video):
+    with progress("animating") as advance:
         write(
             recording,
             video,

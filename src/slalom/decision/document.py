@@ -20,8 +20,9 @@ from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, 
 import numpy as np
 
 from slalom.base.checks import Checked, shown, vector
-from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.errors import InvalidInput
 from slalom.base.registry import Tables, to_plain
+from slalom.base.writing import write_file
 from slalom.decision.decision import Approach, Commitment, Decision, DecisionInputs, Outcome, not_kept
 from slalom.decision.methods import Method, derived, variant_of
 from slalom.decision.navigator import Navigator
@@ -94,11 +95,7 @@ RESULT: Final = ("outcome", "manoeuvre", "given_up", "work", "command", "motions
 
 def dump(decision: Decision, file: FilePath) -> None:
     """Write the inputs and the result of a decision as JSON, see `Decision.dump`."""
-    text = json.dumps(document(decision), indent=1, allow_nan=False)
-    try:
-        file.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InvalidFile([f"{file}: expected a file that can be written, found {reason(error)}"]) from None
+    write_file(file, json.dumps(document(decision), indent=1, allow_nan=False) + "\n")
 
 
 def document(decision: Decision) -> dict[str, Any]:

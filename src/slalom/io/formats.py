@@ -7,8 +7,8 @@ import json
 import re
 import sqlite3
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -18,11 +18,12 @@ import numpy as np
 import shapely
 
 from slalom.base.checks import Array, known, positive
-from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.base.registry import Kind, Registry
 from slalom.base.tolerances import REST
+from slalom.base.writing import replacing, write_file
 from slalom.io import pedestrians, vehicles
-from slalom.io.layout import Layout, frame_step, read_layout
+from slalom.io.layout import Layout, frame_step, length_unit, read_layout
 from slalom.io.recorded import BOUNDING_BOX, Agent, RecordedTracks, Rows, tracks_of
 from slalom.io.sheet import LENGTHS, beginning_sheet, parquet
 from slalom.io.table import beginning_of
@@ -77,7 +78,7 @@ def write_csv(path: Path | str, tracks: RecordedTracks) -> None:
         own = ["" if (size := getattr(agent, name)) is None else size for name in known] + [agent.kind for _ in kinds]
         track = agent.trajectory
         rows += [(t, order, label, *p, *own) for t, p in zip(track.times.tolist(), track.positions.tolist())]
-    with _writing(path), open(path, "w", encoding="utf-8", newline="") as file:
+    with replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["t", "id", *"xyz"[: d.pop()], *known, *kinds])
         writer.writerows((t, *rest) for t, _, *rest in sorted(rows, key=lambda row: row[:2]))
@@ -113,18 +114,14 @@ def write_jupedsim(path: Path | str, tracks: RecordedTracks, *, frame_rate: floa
     metadata = {"version": 2, "fps": float(frame_rate), "xmin": xmin, "xmax": xmax, "ymin": ymin, "ymax": ymax}
     metadata |= {} if tracks.walls else {"geometry": BOUNDING_BOX}
     all_frames = range(min(0, min(row[0] for row in rows)), max(row[0] for row in rows) + 1)
-    with _writing(path):
-        Path(path).unlink(missing_ok=True)
-        with closing(sqlite3.connect(path)) as database, database:
-            for table in TABLES:
-                database.execute(table)
-            geometry_hash = zlib.crc32(wkt.encode())
-            database.execute("INSERT INTO geometry VALUES (?, ?)", (geometry_hash, wkt))
-            database.executemany("INSERT INTO metadata VALUES (?, ?)", [(key, str(metadata[key])) for key in metadata])
-            database.executemany(
-                "INSERT INTO frame_data VALUES (?, ?)", [(frame, geometry_hash) for frame in all_frames]
-            )
-            database.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, ?, ?)", sorted(rows))
+    geometry_hash = zlib.crc32(wkt.encode())
+    with replacing(path, sqlite3.Error) as part, closing(sqlite3.connect(part)) as database, database:
+        for table in TABLES:
+            database.execute(table)
+        database.execute("INSERT INTO geometry VALUES (?, ?)", (geometry_hash, wkt))
+        database.executemany("INSERT INTO metadata VALUES (?, ?)", [(key, str(metadata[key])) for key in metadata])
+        database.executemany("INSERT INTO frame_data VALUES (?, ?)", [(frame, geometry_hash) for frame in all_frames])
+        database.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?, ?, ?)", sorted(rows))
 
 
 def _walkable(points: Array, walls: Sequence[Array]) -> Any:
@@ -158,16 +155,7 @@ def write_trajnet(path: Path | str, tracks: RecordedTracks, *, frame_rate: float
     step = max(1, frame_step(np.concatenate([frames for _, frames in agents.values()]), owned))
     scene = {"id": 0, "p": next(iter(agents)), "s": first, "e": last, "fps": frame_rate / step, "tag": 0}
     lines = [json.dumps({"scene": scene}), *(json.dumps({"track": row}) for row in rows)]
-    with _writing(path):
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-@contextmanager
-def _writing(path: Path | str) -> Iterator[None]:
-    try:
-        yield
-    except (OSError, sqlite3.Error) as error:
-        raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
+    write_file(path, "\n".join(lines) + "\n")
 
 
 def _agents_of(tracks: RecordedTracks) -> dict[str, Agent]:
@@ -546,18 +534,22 @@ def read_recording(
         max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; no limit if None.
         interpolation: "smooth" or "linear", as of `Sampled`.
         keep: which of several rows of an agent at one time is read, "first" or "last"; such rows are a mistake if None.
-        settings: keyword arguments of the format's reader, such as frame_rate.
+        settings: keyword arguments of the format's reader, such as frame_rate; with every format `unit`, of lengths.
 
     Raises:
-        InvalidFile: no such file, no matching format, rows that form no track; every mistake with its line.
+        InvalidFile: no such file, no matching format, rows that form no track; every mistake with its line; an assumed
+            unit that gives a median speed that no agent of the kind has.
         InvalidInput: an unknown format, unknown or invalid settings.
     """
     path = Path(path)
     row = FORMATS.find(format_of(path, "columns" in settings) if format is None else format, "format")
+    metres = None if "unit" in _keywords(row.reader) else length_unit(settings.pop("unit", None))
     _check(row.reader, row.name, settings)
     rows = row.reader(path, **settings)
+    rows = rows if metres is None else rows.scaled(metres)
     found = tracks_of(rows, gap=gap, max_speed=max_speed, interpolation=interpolation, keep=keep)
-    return replace(found, format=row.name, notes=(*found.notes, *found.implausible(row.agents)))
+    warnings = found.implausible(row.agents, path if rows.assumed else None)
+    return replace(found, format=row.name, notes=(*found.notes, *warnings))
 
 
 def format_of_suffix() -> dict[str, str]:
@@ -591,8 +583,8 @@ def writer_settings(name: str) -> list[str]:
 
 
 def reader_settings(name: str) -> list[str]:
-    """Return the names of the settings of the reader of a format, such as frame_rate."""
-    return list(_keywords(FORMATS.find(name, "format").reader))
+    """Return the names of the settings with which a format is read, such as frame_rate."""
+    return list(dict.fromkeys((*_keywords(FORMATS.find(name, "format").reader), "unit")))
 
 
 def format_of(path: Path, columns: bool = False) -> str:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from slalom.base.checks import Array, known, number, positive, vector
 from slalom.base.errors import InvalidFile, InvalidInput
 from slalom.io.recorded import Rows, counted, refuse
-from slalom.io.sheet import LENGTHS, TIMES, Sheet, Sum, is_number, key, parquet, sheet_of, split
+from slalom.io.sheet import LENGTHS, TIMES, Sheet, Sum, is_number, key, parquet, sheet_of, split, unit_name
 from slalom.io.table import Table, decoded, refuse_widths
 from slalom.kernels.arrays import Indices
 
@@ -120,7 +120,7 @@ def length_unit(unit: float | str | None) -> float | None:
     """Return a unit of lengths [m], by name or as a number; None for None. Raises InvalidInput for another one."""
     if unit is None or isinstance(unit, int | float):
         return None if unit is None else positive(unit, "unit")
-    return LENGTHS[known(unit, "unit", list(LENGTHS))]
+    return LENGTHS[known(unit_name(unit), "unit", list(LENGTHS))]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,9 +147,16 @@ class _Reading:
         terms = self.columns[of][0]
         return np.asarray(sum(f * self._scale(name) * self.table.numbers(name, empty=True) for f, name in terms))
 
+    def stated(self, name: str) -> str:
+        """Return the unit of lengths in a column that the file states, "" if it states none."""
+        return self.sheet.units.get(name) or self.sheet.comment_unit
+
     def _scale(self, name: str) -> float:
-        path, stated = self.sheet.path, self.sheet.units.get(name) or self.sheet.comment_unit()
+        path, stated = self.sheet.path, self.stated(name)
         if stated in LENGTHS and self.unit in (None, LENGTHS[stated]):
+            note = f"lengths in {stated}, as a comment states"
+            told = name in self.sheet.units or self.unit is not None or LENGTHS[stated] == 1.0 or note in self.notes
+            self.notes.extend([] if told else [note])
             return LENGTHS[stated]
         if stated in LENGTHS:
             given = next((name for name, metres in LENGTHS.items() if metres == self.unit), f"{self.unit:g} m")
@@ -236,6 +243,8 @@ def read_layout(
     kinds = [layout.kinds.get(text.removesuffix(".0"), text) for text in texts]
     times -= zero or 0.0
     rows = table.rows_of((labels, agents), times, positions, extents=extents, kinds=kinds, notes=notes, keep=keep)
+    assumed = not geographic and metres is None and layout.unit == 1.0
+    rows = replace(rows, assumed=assumed and not all(reading.stated(reading.name(axis)) for axis in axes))
     return _with_ends(rows, reading, keep) if "t_end" in found else rows
 
 

@@ -290,7 +290,7 @@ def pedpy_hdf5(path: Path) -> Rows:
     rows = list(zip(*(values[: MAX_ROWS + 1].tolist() for values in columns)))
     table = Table(path, RECORDS, rows, range(1, len(rows) + 1), "{path}: trajectory row {line}", underscores=False)
     times = table.numbers("frame", whole=True) / rate
-    read = table.rows_of(table.ids("id", whole=True), times, table.positions("x", "y"))
+    read = replace(table.rows_of(table.ids("id", whole=True), times, table.positions("x", "y")), assumed=True)
     if "wkt_geometry" not in tree.attributes:
         return read
     stored = tree.attributes["wkt_geometry"]

@@ -5,6 +5,7 @@ import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,7 +14,7 @@ from slalom.io.recorded import counted
 from slalom.io.table import Table, decoded, file_size
 
 LENGTHS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "feet": 0.3048, "foot": 0.3048}
-"""[m] Units of lengths by name."""
+"""[m] Units of lengths by name; `unit_name` gives that of other words."""
 
 TIMES: Final = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 """[s] Units of times by name."""
@@ -21,14 +22,28 @@ TIMES: Final = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns":
 Sum = list[tuple[float, str]]
 """Factors and columns of a sum."""
 
-_UNIT = re.compile(r"(.*?)(?:\s*[\[(/]\s*([^\])]+?)\s*[\])]?|[ _](ms|us|µs|ns|s|m|cm|mm|km|ft|feet)| in (\w+))")
+_METRES = r"(?:kilo|centi|milli)?met(?:er|re)s?"
+_UNIT = re.compile(
+    rf"(.*?)(?:\s*[\[(/]\s*([^\])]+?)\s*[\])]?|[ _](ms|us|µs|ns|s|{'|'.join(LENGTHS)}|(?i:{_METRES}))| in (\w+))"
+)
 _PREFIX = re.compile(r"^[#*\s]*(?:\$\w+:)?|-PID\d+$")  # comments, objects of Viswalk, processors of Vadere
 _TERM = re.compile(r"\s*([+-]?)\s*(?:(\d+\.?\d*)\s*\*\s*)?([^+*-]+)")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
 _COMMENTS = ("#", "*")
-# A unit of something else, as in "height of the persons in cm", is none of the positions.
-_POSITIONS = r"(?:(?:positions?|coordinates?|units?|trajector\w+|[xyz]|and|are|[,:/])\s*)*"
-_COMMENT_UNIT = re.compile(rf"\bx\s*[/\[(]\s*(m|cm|mm)\b|^[#\s]*{_POSITIONS}in (m|cm|mm)\b", re.IGNORECASE)
+_STATED = re.compile(
+    r"(?:\b(?:in|units?|are|is)(?:\s+(?:the\s+)?units?(?:\s+of)?)?[\s,]+|[:=/\[(]\s*(?:1\s*)?)[\"']?"
+    rf"({'|'.join(LENGTHS)}|{_METRES}|inch(?:es)?|pixels?|px)\b(\s*(?:/|per\b)\s*\w|\^|²)?",
+    re.IGNORECASE,
+)
+_POSITION = re.compile(r"positions?|pos|coord\w*|locations?|points?|markers?|traject\w+|tracks?|xy?|y")
+_OTHER = re.compile(
+    r"heights?|altitudes?|depths?|z|sizes?|radi\w+|widths?|diameters?|speeds?|velocit\w+|acceler\w+|resolution|accuracy"
+    r"|precision|errors?|noise"
+)
+_NO_NOUN = re.compile(
+    r"all|everything|data|values?|measurements?|lengths?|distances?|file|this|the|and|of|in|are|is|given|recorded|measured"
+    r"|stored|exported|written|saved|expressed"
+)
 _RATE = r"(?:frame[ _]?rate|fps)"
 _NUMBER = r"(\d+(?:\.\d*)?)"
 _RATES = tuple(
@@ -54,10 +69,32 @@ def is_number(cell: str) -> bool:
     return True
 
 
+def unit_name(text: str) -> str:
+    """Return the name of a unit: of centimetres and Centimeters cm; of another one in lower case."""
+    name = text.strip().lower()
+    return f"{name.partition('met')[0][:1]}m" if re.fullmatch(_METRES, name) else name
+
+
 def split(name: str) -> tuple[str, str]:
-    """Return the name of a column without its unit, and the unit in lower case, "" if there is none."""
+    """Return the name of a column without its unit, and the name of the unit, "" if there is none."""
     found = _UNIT.fullmatch(name.strip())
-    return (found[1], (found[2] or found[3] or found[4]).lower()) if found else (name, "")
+    return (found[1], unit_name(found[2] or found[3] or found[4])) if found else (name, "")
+
+
+def _of_positions(text: str) -> bool:
+    """Return whether a unit after a text is that of positions, as it is not after "height of the persons in".
+
+    The first noun of the last list decides, as in "x, y and heights" and "errors of the positions".
+    """
+    words, of = re.findall(r"[^\W\d]+", text.lower()), ""
+    for word in reversed(words):
+        if _POSITION.fullmatch(word) or _OTHER.fullmatch(word):
+            of = word
+        elif of and word not in ("and", "of", "the"):
+            break
+    if of:
+        return bool(_POSITION.fullmatch(of))
+    return bool({*words} & {"unit", "units"}) or all(map(_NO_NOUN.fullmatch, words))
 
 
 @dataclass(eq=False)
@@ -115,10 +152,22 @@ class Sheet:
         """Return the cells as a table. Raises InvalidFile for no rows, or rows of other lengths than the header."""
         return Table(self.path, self.names, self.rows, self.lines, self.location, self.underscores)
 
+    @cached_property
     def comment_unit(self) -> str:
-        """Return the unit of the positions that comments state, "" if they state none."""
-        found = (_COMMENT_UNIT.search(line) for line in self.comments)
-        return next(((match[1] or match[2]).lower() for match in found if match), "")
+        """The unit of the positions that comments state, "" if they state none. Raises InvalidFile for two."""
+        found = dict[str, None]()
+        for line in self.comments:
+            begin, line = 0, line.replace("_", " ")
+            for match in _STATED.finditer(line):
+                about = re.split(r"[.;]\s", line[begin : match.start(1)])[-1]
+                begin = match.end()
+                if not match[2] and _of_positions(about):
+                    found[unit_name(match[1])] = None
+        if len({LENGTHS.get(unit) for unit in found}) > 1:
+            raise InvalidFile(
+                [f"{self.path}: expected one unit of positions in the comments, found {', '.join(found)}"]
+            )
+        return next(iter(found), "")
 
     def rate(self) -> float | None:
         """Return the frame rate [Hz] that comments state: one after a name and a colon, else any; None without one.
@@ -162,7 +211,7 @@ def sheet_of(path: Path, text: str, notes: Sequence[str] = ()) -> Sheet:
     if rows and all(len(row) == len(names) + 1 and not row[-1].strip() for row in rows):
         rows = [row[:-1] for row in rows]
         notes.append(f"an empty last cell of {counted(len(rows), 'row')} left out")
-    stated = [cell.strip(" []()").lower() for cell in rows[0]] if rows and not headless else []
+    stated = [unit_name(cell.strip(" []()")) for cell in rows[0]] if rows and not headless else []
     if len(stated) == len(names) and any(stated) and all(cell in ("", "-", "1", *LENGTHS, *TIMES) for cell in stated):
         rows, numbers = rows[1:], numbers[1:]
         units = {name: unit for name, unit in zip(names, stated) if unit}

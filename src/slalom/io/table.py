@@ -1,6 +1,7 @@
 """Tables of cells by column name with the line of each row, and files that slalom brings."""
 
 import codecs
+import gzip
 import re
 import stat
 import zlib
@@ -57,8 +58,7 @@ _KINDS = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a pipe"), (stat.S_ISCHR, 
 def beginning_of(path: Path, count: int) -> bytes:
     """Read the first `count` bytes of a file, unpacked by gzip. Raises InvalidFile if that is not possible."""
     file_size(path, "file")
-    content = _read(path, count, "file")
-    return _unpacked(path, content, count) if content.startswith(GZIP) else content
+    return _read(path, count, "file", count)
 
 
 def decoded(path: Path, encoding: str | None = None) -> tuple[str, list[str]]:
@@ -70,11 +70,9 @@ def decoded(path: Path, encoding: str | None = None) -> tuple[str, list[str]]:
     Raises:
         InvalidFile: no such file, another encoding. InvalidInput: an unknown encoding.
     """
-    content = _read(path, file_size(path), "text file")
-    if content.startswith(GZIP):
-        content = _unpacked(path, content, MAX_FILE_SIZE + 1)
-        if len(content) > MAX_FILE_SIZE:
-            raise InvalidFile([f"{path}: expected a text of at most {MAX_FILE_SIZE / 1e6:.0f} MB, found more"])
+    content = _read(path, file_size(path), "text file", MAX_FILE_SIZE + 1)
+    if len(content) > MAX_FILE_SIZE:
+        raise InvalidFile([f"{path}: expected a text of at most {MAX_FILE_SIZE / 1e6:.0f} MB, found more"])
     if (lines := content.count(b"\n")) > MAX_ROWS + 1:
         raise InvalidFile([f"{path}: expected at most {MAX_ROWS} rows, found {lines} lines"])
     marked = "utf-16" if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
@@ -95,14 +93,6 @@ def _with_newlines(text: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
-def _unpacked(path: Path, content: bytes, count: int) -> bytes:
-    """Return the first `count` bytes of what gzip packed."""
-    try:
-        return zlib.decompressobj(wbits=31).decompress(content, count)
-    except zlib.error as error:
-        raise InvalidFile([f"{path}: expected a file that gzip packed, found {error}"]) from None
-
-
 def text_of(path: Path, kind: str = "text file") -> str:
     """Read the text of a file in UTF-8. Raises InvalidFile if that is not possible."""
     # At most its size: some files of an operating system have size 0 and no end.
@@ -113,10 +103,16 @@ def text_of(path: Path, kind: str = "text file") -> str:
         raise InvalidFile([f"{path}: expected a readable {kind}, found {error}"]) from None
 
 
-def _read(path: Path, count: int, kind: str) -> bytes:
+def _read(path: Path, count: int, kind: str, unpacked: int = 0) -> bytes:
+    """Return the first `count` bytes of a file, or the first `unpacked`, if above 0, of all parts that gzip packed."""
     try:
         with path.open("rb") as file:
+            if unpacked and file.peek(len(GZIP)).startswith(GZIP):
+                return gzip.GzipFile(fileobj=file).read(unpacked)
             return file.read(count)
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        found = "one that is cut off" if isinstance(error, EOFError) else error
+        raise InvalidFile([f"{path}: expected a file that gzip packed, found {found}"]) from None
     except OSError as error:
         raise InvalidFile([f"{path}: expected a readable {kind}, found {reason(error)}"]) from None
 

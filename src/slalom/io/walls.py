@@ -23,7 +23,7 @@ from slalom.base.tolerances import LARGEST
 from slalom.io.limited import within_limits
 from slalom.io.pedestrians import jupedsim
 from slalom.io.recorded import counted
-from slalom.io.sheet import LENGTHS
+from slalom.io.sheet import LENGTHS, unit_name
 from slalom.io.table import file_size, text_of
 from slalom.io.walls_child import outlines
 from slalom.model.shape import Polyline
@@ -113,9 +113,9 @@ def read_walls(path: Path | str, unit: float | str | None = None) -> Walls:
 
 def _metres(unit: float | str) -> float:
     """A unit [m]. Raises InvalidInput for an unknown name, or a number that is not above 0."""
-    if isinstance(unit, str) and unit not in LENGTHS:
+    if isinstance(unit, str) and unit_name(unit) not in LENGTHS:
         raise InvalidInput(f"unit: expected a number [m] or one of {', '.join(LENGTHS)}; found {unit!r}")
-    return LENGTHS[unit] if isinstance(unit, str) else positive(unit, "unit")
+    return LENGTHS[unit_name(unit)] if isinstance(unit, str) else positive(unit, "unit")
 
 
 def _outlines(path: Path, drawn: Drawn, unit: float) -> tuple[tuple[Obstacle, ...], Array]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from slalom.base.checks import positive, whole
 from slalom.base.errors import InvalidInput
+from slalom.base.writing import write_file
 from slalom.decision import Decision
 from slalom.decision.methods import Method
 from slalom.decision.settings import NUMBERS
@@ -168,7 +169,7 @@ def export(
     if target.suffix != ".html":
         raise InvalidInput(f"path: expected a name ending in .html, found {str(path)!r}")
     title = f"{recording.scenario}, {recording.method}"
-    target.write_text(file_page(title, messages(recording, robot, interval, progress)), encoding="utf-8")
+    write_file(target, file_page(title, messages(recording, robot, interval, progress)))
     return target
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from slalom import view
 from slalom.base.checks import known
 from slalom.base.errors import InvalidInput
+from slalom.base.writing import write_file
 from slalom.paper import TITLES, controller, definitions, oscillation, road, roundabout
 from slalom.paper.findings import CLAIMS, Result, paragraph
 from slalom.view.style import FORMATS
@@ -348,7 +349,7 @@ def make(
         if entry.measure is not None:
             target = out / f"{entry.name}.json"
             text = json.dumps(entry.measure(effort, advance), indent=1, allow_nan=False)
-            target.write_text(text + "\n", encoding="utf-8")
+            write_file(target, text + "\n")
             results[entry.name] = json.loads(text)
             written.append(target)
             if entry.plot is not None:
@@ -356,7 +357,7 @@ def make(
         done += entry.weight
         progress(done / total)
     paper = page_path or out / "paper.md"
-    paper.write_text(page(names, results, effort.quick, links_from(paper, out)), encoding="utf-8")
+    write_file(paper, page(names, results, effort.quick, links_from(paper, out)))
     return [*written, paper]
 
 

@@ -20,6 +20,7 @@ from matplotlib.transforms import Affine2D
 
 from slalom.base.checks import Array, flag, not_negative, positive, whole
 from slalom.base.errors import Extra, InvalidInput
+from slalom.base.writing import replacing
 from slalom.decision import Decision
 from slalom.kernels.arrays import Flags
 from slalom.model.path_goal import PathGoal
@@ -388,6 +389,7 @@ def animate(
     Raises:
         InvalidInput: a run without a step, or with a control space one of several robots or of a peer; another suffix,
             a setting outside its limits, or PyAV is not installed (`pip install 'slalom[video]'`).
+        InvalidFile: a file that cannot be written.
     """
     target = checked(path)
     kind = DecisionFilm if flag(control_space, "control_space") else Film
@@ -409,7 +411,8 @@ def write_video(
     """Write pictures (height, width, 3), both sides even and all of one size, at `fps` [1/s], see `animate`."""
     av, options = _library(), FORMATS[path.suffix]
     rate = Fraction(fps).limit_denominator(1000)
-    with av.open(str(path), "w", options={"movflags": "+faststart"} if path.suffix == ".mp4" else {}) as file:
+    flags = {"movflags": "+faststart"} if path.suffix == ".mp4" else {}
+    with replacing(path) as part, av.open(str(part), "w", options=flags) as file:
         stream = file.add_stream(options["codec"], rate=rate, options=options["options"])
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt, stream.codec_context.time_base = options["pix_fmt"], 1 / rate

@@ -1,5 +1,6 @@
 """Shared parts of the figures: fonts, colours, scale of times, marks, and saving."""
 
+import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +23,7 @@ from matplotlib.ticker import Locator
 
 from slalom.base.checks import Array, positive
 from slalom.base.errors import InvalidInput
+from slalom.base.writing import write_file
 
 COLUMN: Final = 3.5
 """[inch] Width of one column of a journal page."""
@@ -204,6 +206,7 @@ def save(figure: Figure | Axes, path: str | Path, *, resolution: float = RESOLUT
 
     Raises:
         InvalidInput: another suffix; a resolution that is not positive, or gives more than MOST_DOTS.
+        InvalidFile: a file that cannot be written.
     """
     dots = positive(resolution, "resolution")
     target = Path(path)
@@ -217,8 +220,11 @@ def save(figure: Figure | Axes, path: str | Path, *, resolution: float = RESOLUT
     if suffix == ".png" and width * height * dots**2 > MOST_DOTS:
         most = np.sqrt(MOST_DOTS / (width * height))
         raise InvalidInput(f"resolution: expected at most {most:.0f} dots per inch at this size, found {dots:g}")
+    # The writer of PDF ends in an error of zlib on a full disk.
+    memory = io.BytesIO()
     with style():
-        whole.savefig(target, format=suffix[1:], dpi=dots if suffix == ".png" else "figure", **FORMATS[suffix])
+        whole.savefig(memory, format=suffix[1:], dpi=dots if suffix == ".png" else "figure", **FORMATS[suffix])
+    write_file(target, memory.getvalue())
     return target
 
 

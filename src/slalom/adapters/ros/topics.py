@@ -12,6 +12,7 @@ from slalom.adapters.ros.messages import READERS, SECOND, dds_type, seconds, sto
 from slalom.adapters.ros.node import KINDS, Command, Node
 from slalom.base.checks import Array
 from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.writing import replacing
 from slalom.model.shape import Disc, Shape
 from slalom.model.trajectory import Sampled, Stationary
 from slalom.obstacle import Obstacle
@@ -138,7 +139,7 @@ def _numbers(twist: Any) -> bytes:
 
 def write_table(commands: Iterable[Command], file: Path) -> None:
     """Write commands as comma-separated values, with all digits."""
-    with file.open("w", newline="", encoding="utf-8") as stream:
+    with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as stream:
         table = writer(stream)
         table.writerow(COLUMNS)
         for each in commands:
@@ -154,15 +155,13 @@ def write_bag(messages: Iterable[Sent], folder: Path) -> None:
     """
     from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 
-    try:
-        with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-            connections: dict[str, Any] = {}
-            for topic, kind, t, message in messages:
-                if topic not in connections:
-                    connections[topic] = bag.add_connection(topic, kind, typestore=store())
-                bag.write(connections[topic], t, store().serialize_cdr(message, kind))
-    except WriterError as error:
-        raise InvalidFile([f"{folder}: expected a bag that can be written, found {error}"]) from None
+    mcap = StoragePlugin.MCAP
+    with replacing(folder, WriterError) as part, Writer(part, version=9, storage_plugin=mcap) as bag:
+        connections: dict[str, Any] = {}
+        for topic, kind, t, message in messages:
+            if topic not in connections:
+                connections[topic] = bag.add_connection(topic, kind, typestore=store())
+            bag.write(connections[topic], t, store().serialize_cdr(message, kind))
 
 
 def as_sent(commands: Iterable[Command], topic: str = "/cmd_vel") -> Iterator[Sent]:

@@ -11,6 +11,7 @@ from ruamel.yaml import YAML
 
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import to_plain
+from slalom.base.writing import write_file
 from slalom.decision.document import TABLES, goal_to_plain
 from slalom.decision.methods import method
 from slalom.decision.objective import OBJECTIVES
@@ -41,7 +42,7 @@ NOT_IN_FILES: dict[type, dict[str, Any]] = {
 
 def write_scenario(scenario: Scenario, path: Path | str) -> None:
     """Write a scenario file, see `scenario_text`."""
-    Path(path).write_text(scenario_text(scenario), encoding="utf-8")
+    write_file(path, scenario_text(scenario))
 
 
 def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:

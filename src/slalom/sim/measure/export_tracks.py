@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 
 from slalom.base.checks import Array
-from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.errors import InvalidInput
+from slalom.base.writing import replacing
 from slalom.io.recorded import MAX_LISTED, Agent, RecordedTracks, tracks_at
 from slalom.model.shape import Ball, Disc, Rectangle, Shape
 from slalom.model.trajectory import Sampled, Trajectory
@@ -216,8 +217,5 @@ def _clearances(tracks: RecordedTracks, radii: Mapping[str, float]) -> dict[str,
 def write_agents(rows: Sequence[AgentRow], path: Path) -> None:
     """Write the rows as CSV with a header; None is an empty cell. Raises InvalidFile for a file that is not written."""
     cells: list[tuple[Any, ...]] = [tuple("" if cell is None else cell for cell in row) for row in rows]
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file, lineterminator="\n").writerows([AgentRow._fields, *cells])
-    except OSError as error:
-        raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([AgentRow._fields, *cells])

@@ -13,8 +13,9 @@ import h5py
 import numpy as np
 
 from slalom.base.checks import Array, array, array_of, positive, short, shown, whole
-from slalom.base.errors import InvalidFile, InvalidInput, SlalomError, reason
+from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.base.registry import Kind, Registry, to_plain
+from slalom.base.writing import write_file
 from slalom.decision.document import goal_to_plain
 from slalom.decision.settings import NUMBERS
 from slalom.io.hdf5 import Group, member, numbers, read_tree, scalar, text
@@ -110,8 +111,11 @@ FORMATS_WITH_TEXTS: Final = ("slalom recording 1", "slalom recording 2")
 
 
 def save_run(recording: "Recording", path: Path | str) -> None:
-    """Write a run, see `Recording.save`."""
-    with h5py.File(path, "w") as file:
+    """Write a run, see `Recording.save`.
+
+    On a full disk the HDF5 library crashes. Hence it writes to memory.
+    """
+    with h5py.File("run", "w", driver="core", backing_store=False) as file:
         file.attrs["format"] = FORMAT
         run = file.create_group("run_0")
         run.attrs.update(
@@ -140,6 +144,8 @@ def save_run(recording: "Recording", path: Path | str) -> None:
         run["outcomes"] = outcomes.reshape(recording.decision_times.shape)
         _save_parts(run, recording)
         add_units(run)
+        file.flush()
+        write_file(path, file.id.get_file_image())
 
 
 def _save_parts(run: Any, recording: "Recording") -> None:
@@ -389,10 +395,7 @@ class Recording:
         Raises:
             InvalidFile: a file that cannot be written.
         """
-        try:
-            save_run(self, path)
-        except OSError as error:
-            raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
+        save_run(self, path)
 
     @classmethod
     def load(cls, path: FilePath | str) -> "Recording":

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from slalom.base.errors import Extra, InvalidFile, InvalidInput, reason
+from slalom.base.errors import Extra, InvalidInput
+from slalom.base.writing import replacing
 
 if TYPE_CHECKING:
     from slalom.sim.measure.recording import Recording
@@ -130,7 +131,5 @@ def write_table(recording: "Recording", path: Path | str) -> None:
     path = Path(path)
     if path.suffix not in WRITERS:
         raise InvalidInput(f"path: expected a file that ends in {', '.join(WRITERS)}; found {str(path)!r}")
-    try:
-        WRITERS[path.suffix](recording, path)
-    except OSError as error:
-        raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
+    with replacing(path) as part:
+        WRITERS[path.suffix](recording, part)

@@ -2,14 +2,13 @@
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
-from uuid import uuid4
 
 from slalom.base.errors import InvalidFile, InvalidInput, reason
+from slalom.base.writing import write_file
 from slalom.sim.sweep.case import Case, Content, Failure, canonical
 
 FORMAT, FORMER = "slalom run 2", ("slalom run 1",)
@@ -33,9 +32,9 @@ class _Former(NamedTuple):
 class Store:
     """A folder of results: KEY.json holds the content of the case with that key, its result and a digest of both.
 
-    A file is written under another name and then renamed, so a killed process leaves a whole file or none. A remaining
-    file *.part is never read. (A power failure may cut a file off; it is then reported as damaged.) Several sweeps may
-    use one folder at once. Runs that were refused or killed are not stored.
+    A file is written beside its place and then renamed, so a killed process leaves a whole file or none. (A power
+    failure may cut a file off; it is then reported as damaged.) Several sweeps may use one folder at once. Runs that
+    were refused or killed are not stored.
     """
 
     folder: Path
@@ -61,13 +60,7 @@ class Store:
         """
         kept = {"format": FORMAT, "case": case.content, "row": row}
         kept |= {"adopted_from": adopted_from} if adopted_from else {}
-        path = self.path(case)
-        part = self.folder / f".{path.stem}-{uuid4().hex}.part"
-        try:
-            part.write_text(json.dumps({**kept, "sha256": _digest(kept)}, allow_nan=False) + "\n")
-            os.replace(part, path)
-        except OSError as error:
-            raise InvalidFile([f"{path}: expected a file that can be written, found {reason(error)}"]) from None
+        write_file(self.path(case), json.dumps({**kept, "sha256": _digest(kept)}, allow_nan=False) + "\n")
 
     def read(self, cases: Iterable[Case]) -> dict[str, dict[str, Any]]:
         """Return the stored results by key; cases without a result are left out.
