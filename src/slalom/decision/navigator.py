@@ -15,7 +15,7 @@ The path of one decision, stage by stage:
           preferred_is_free       a direct test of the preferred control          kernels/decision/motion_clear.py
           relative_motion         segments on which controls collide              kernels/decision/response_motion.py
           nearest_free            the nearest control outside of them             kernels/selection/exchange.py
-        latest_collision          the choice where every manoeuvre collides       kernels/decision/policy.py
+        latest_collision          the choice where every manoeuvre collides       kernels/decision/collision.py
       fall_back                   where no control is safe, or bodies overlap     decision/fallback.py
       Decision                    manoeuvre, outcome, and a report on request     decision/decision.py
 """

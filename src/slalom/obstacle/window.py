@@ -511,6 +511,27 @@ def in_world(obstacles: Obstacles, world: int) -> list[Obstacle | ObstacleTable 
     return [one.in_world(world) if isinstance(one, Tracks) else one for one in listed(obstacles)]
 
 
+def passive(obstacles: Obstacles) -> list[Obstacle | ObstacleTable | Tracks]:
+    """The obstacles, contacts with tracked ones of which count only while the robot moves.
+
+    Tracked are `Tracks`, and obstacles of any shape that do not stand still and have an uncertainty.
+    """
+    found = list[Obstacle | ObstacleTable | Tracks]()
+    for one in listed(obstacles):
+        table, uncertain = one.split(at_rest=False) if isinstance(one, ObstacleTable) else (one, ())
+        found += [table, *uncertain]
+    return [_passive(one) for one in found]
+
+
+def _passive(one: Obstacle | ObstacleTable | Tracks) -> Obstacle | ObstacleTable | Tracks:
+    """A table as it is; anything else as of `passive`."""
+    if isinstance(one, Tracks):
+        return one.passive()
+    if isinstance(one, Obstacle) and one.uncertainty is not None and not one.at_rest:
+        return replace(one, contact_at_rest=False)
+    return one
+
+
 def _within(source: Obstacle | ObstacleTable | Tracks) -> Sequence[Obstacle]:
     """An obstacle, or those of a table or of tracks."""
     if isinstance(source, Obstacle):
