@@ -257,7 +257,8 @@ class Navigator(Settings):
         step = request.step
         now = request.now
         previous = request.previous
-        policy, path = self._alone if others is None else self._among, None
+        # Behind a leader that may brake it brakes evenly, as among robots: to approach rest needs a longer gap.
+        policy, path = self._alone if others is None and not obstacles.leads else self._among, None
         if previous is not None:
             path, end = previous.path, now + 2.0 * self.horizon
             if path is None or (path.times[-1] < now + self.horizon and self.turning):

@@ -274,6 +274,11 @@ class ObstacleWindow:
         """Whether some obstacles are futures with a probability below 1."""
         return any(s.has_futures for s in self._sources)
 
+    @property
+    def leads(self) -> bool:
+        """Whether the robot follows some of the tracks, see `Tracks.braking`."""
+        return any(isinstance(s, Tracks) and s.leads for s in self._sources)
+
     def refuse_worlds(self) -> None:
         """Raise InvalidInput for tracks with numbers of worlds: the window is of one world."""
         for source in self._sources:

@@ -60,6 +60,7 @@ from slalom.kernels.decision.response_motion import (
 )
 from slalom.kernels.decision.right_of_way import cost_on_ways, ways_aside
 from slalom.kernels.decision.tables import (
+    ARRIVE,
     BALL_WINDOWS,
     FOLLOW_ACCELERATION,
     CellList,
@@ -71,7 +72,7 @@ from slalom.kernels.decision.tables import (
 )
 from slalom.kernels.decision.targets import target_state
 from slalom.kernels.geometry.cubic import copy_into
-from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.candidates import nearest_admissible
 from slalom.kernels.selection.exchange import deepest_violation
@@ -176,7 +177,8 @@ def keep_committed(
     that the robot can remain safe, and is no plan. The best alternative costs `least` [s], by its k-th response. The
     robot keeps its manoeuvre if it loses at most the share `patience` of the time by one of two ways to go on. It may
     keep its velocity until the alternative has been carried out. Or it may change to the alternative then. A robot that
-    rests at its target loses nothing while it is measured there, at up to its tolerance per second.
+    rests at its target loses nothing while it is measured there, at up to its tolerance per second. None is kept that
+    leads past a target to stop at.
     """
     robots = tables.robots
     responses = tables.responses
@@ -190,6 +192,8 @@ def keep_committed(
             costs[k] = cost_on_ways(i, until, robots.committed, i, tables, search.scratch)
         else:
             costs[k] = manoeuvre_cost(i, until, to, robots.committed, i, near, tables, search.scratch)
+    if robot.stop and robot.objective == ARRIVE and passes_target(i, until, tables, search.scratch):
+        return SEARCH
     # A free change can be made later as well; a robot that arrives before cannot make it.
     most = until + to if not free or costs[k] <= until else 0.0
     if costs[k] - least > settings.patience * most + COST_TIE:
@@ -198,6 +202,28 @@ def keep_committed(
         if search.delays[k] > settings.patience * until + COST_TIE:
             return SEARCH
     return committed_is_clear(i, False, near, tables, search.scratch)
+
+
+@kernel
+def passes_target(i: int, until: float, tables: DecisionTables, scratch: Scratch) -> bool:
+    """Whether robot i, on its committed path for `until` [s], gets past its target by more than the tolerance there.
+
+    Even if it brakes from then on, for at least its shortest response.
+    """
+    robot = tables.robots.each[i]
+    then = tables.settings.now + until
+    state_on_path(tables.robots.committed, i, then, scratch.position, scratch.velocity)
+    target_state(i, then, tables.robots, tables.targets, scratch.target, scratch.target_velocity)
+    speed = 0.0
+    along = 0.0
+    for axis in range(tables.settings.dimension):
+        velocity = scratch.velocity[axis] - scratch.target_velocity[axis]
+        speed += squared(velocity)
+        along += velocity * (scratch.target[axis] - scratch.position[axis])
+    speed = np.sqrt(speed)
+    shortest = tables.responses.each[tables.responses.kinds[robot.kind]].shortest
+    way = 0.5 * speed * max(speed / robot.stopping, shortest)
+    return bool(way > along / max(speed, 1e-300) + robot.tolerance)
 
 
 @inlined
