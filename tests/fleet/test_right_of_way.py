@@ -224,9 +224,9 @@ def door(width: float, angle: float) -> tuple[list[Obstacle], np.ndarray, np.nda
 
 
 @pytest.mark.parametrize("method", draws(["nao", "ao", "vo", "rvo", "nao_shared"], 2))
-@pytest.mark.parametrize(("width", "angle"), draws([(0.85, 0.0), (1.0, 0.5 * np.pi), (1.2, 1.0)], 2))
-def test_two_robots_that_meet_in_a_door_pass_it(width: float, angle: float, method: str) -> None:
-    walls, starts, ends = door(width, angle)
+@pytest.mark.parametrize("place", draws([(0.85, 0.0), (1.0, 0.5 * np.pi), (1.2, 1.0)], 2))
+def test_two_robots_that_meet_in_a_door_pass_it(place: tuple[float, float], method: str) -> None:
+    walls, starts, ends = door(*place)
     paths = [PathGoal(points, tolerance=0.2) for points in routes(starts, ends, RADIUS, walls)]
     fleet = Fleet(METHODS[method], Disc(RADIUS), LIMITS, robots=2, obstacles=walls)
     time, least = driven(fleet, starts, ends, 30.0, paths=paths)
@@ -234,9 +234,9 @@ def test_two_robots_that_meet_in_a_door_pass_it(width: float, angle: float, meth
     assert least >= 0.0
 
 
-@pytest.mark.parametrize(("width", "angle"), draws([(0.85, 0.0), (1.0, 0.5 * np.pi), (1.2, 1.0)], 2))
-def test_two_navigators_that_observe_each_other_pass_a_door(width: float, angle: float) -> None:
-    walls, starts, ends = door(width, angle)
+@pytest.mark.parametrize("place", draws([(0.85, 0.0), (1.0, 0.5 * np.pi), (1.2, 1.0)], 2))
+def test_two_navigators_that_observe_each_other_pass_a_door(place: tuple[float, float]) -> None:
+    walls, starts, ends = door(*place)
     paths = [PathGoal(points, tolerance=0.2) for points in routes(starts, ends, RADIUS, walls)]
     robot, made = Navigator(METHODS["nao"], Disc(RADIUS), LIMITS), [None, None]
     positions, velocities = starts, np.zeros_like(starts)

@@ -1,6 +1,6 @@
 """The ways that robots claim which are held up, and those that a robot alone presumes to be claimed."""
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -27,7 +27,7 @@ Larger: more robots move aside. Smaller: outer robots make place later.
 """
 
 
-def claimed(each: RobotTable, way: Array, held_up: Array) -> tuple[Array, Array]:
+def claimed(each: Any, way: Array, held_up: Array) -> tuple[Array, Array]:
     """The ways (m, 3) [m] that robots claim, of those to their targets, and half their widths (m,) [m]; 0: none.
 
     each: rows (m,) of a table of robots. held_up: (m,) [s] for which they have been.
