@@ -49,8 +49,8 @@ from slalom import (
 )
 from slalom.base.tolerances import COMMITTED_SLACK
 from slalom.decision.objective import preferred_control
-from slalom.kernels.decision.costs import COST_TIE
 from slalom.kernels.decision.collision import COMPARED_COLLISION
+from slalom.kernels.decision.costs import COST_TIE
 from slalom.kernels.decision.policy import MIN_IMPROVEMENT
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, simulate

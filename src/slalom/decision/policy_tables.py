@@ -58,7 +58,7 @@ from slalom.kernels.decision.tables import (
 )
 from slalom.model.goal import Goal
 from slalom.model.path import Path
-from slalom.model.path_goal import PathStep
+from slalom.model.path_goal import PathGoal, PathStep
 from slalom.model.response import AccelerateThenBrake, AccelerateThenStop, Response
 from slalom.model.shape import round_shape
 from slalom.model.state import State
@@ -373,7 +373,9 @@ class PolicyTables:
             stop_observed(kind, robots, met, settings)
         claims = NO_CLAIMS
         if others is not None and number == ARRIVE and request.previous is not None:
-            here = state.position if request.step is None else request.goal.point(request.step.progress)
+            here = state.position
+            if request.step is not None and isinstance(request.goal, PathGoal):
+                here = request.goal.point(request.step.progress)
             claims = presumed_claims(robots, target - here, request.previous.stalled)
         tables = DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives, claims)
         return tables, in_python
