@@ -49,8 +49,9 @@ from slalom import (
 )
 from slalom.base.tolerances import COMMITTED_SLACK
 from slalom.decision.objective import preferred_control
+from slalom.kernels.decision.collision import COMPARED_COLLISION
 from slalom.kernels.decision.costs import COST_TIE
-from slalom.kernels.decision.policy import COMPARED_COLLISION, MIN_IMPROVEMENT
+from slalom.kernels.decision.policy import MIN_IMPROVEMENT
 from slalom.obstacle.window import ObstacleWindow
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.closest_approach import closest_approaches
@@ -773,3 +774,24 @@ def test_decisions_in_threads_are_those_one_after_the_other():
     expected = [decided(k) for k in range(60)]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(decided, range(60))) == expected
+
+
+@pytest.mark.parametrize(
+    ("speed", "acceleration", "period", "tolerance"),
+    [(0.938, 3.489, 0.2, 0.0012), (17.273, 68.666, 0.2, 0.0121), (24.886, 95.013, 0.05, 0.0019)],
+)
+@pytest.mark.parametrize("begin", [0.0, 0.5, 1.0])
+def test_a_robot_with_a_lag_does_not_pass_a_goal_to_stop_at(
+    speed: float, acceleration: float, period: float, tolerance: float, begin: float
+) -> None:
+    length = 10.0 * speed
+    robot = Navigator(METHODS["avo"], Disc(0.3), Limits(speed, acceleration), period=period)
+    goal = Goal(Stationary((length, 0.0)), tolerance, stop=True)
+    state, previous = State((0.0, 0.0), (begin * speed, 0.0)), None
+    for k in range(round(16.0 / period)):
+        previous = robot.decide(state, [], goal, now=k * period, previous=previous)
+        push = previous.manoeuvre.mean_acceleration(k * period, period)
+        place = state.position + period * state.velocity + 0.5 * period**2 * push
+        state = State(place, state.velocity + period * push)
+        assert state.position[0] <= length + tolerance
+    assert goal.reached(state.position, state.velocity, 16.0)

@@ -114,6 +114,26 @@ def test_bodies_that_approach_press_no_robot_into_a_wall(shape: Shape, depth: fl
         assert clearances(shape, [WALL], state, now)[0] >= -max(depth, SHALLOW_OVERLAP) - 40.0 * CONTACT_SLACK
 
 
+@pytest.mark.parametrize("method", ["vo", "avo", "nao", "ao", "nlvo"])
+def test_bodies_that_approach_drive_no_robot_into_a_wall(method: str) -> None:
+    """Three close in on a robot beside a wall, which it may choose no motion into: it can stop."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        gap = float(rng.choice([0.02, 0.1, 0.3]))
+        starts = np.array(
+            [(x + rng.uniform(-0.1, 0.1), RADIUS + gap + rng.uniform(0.7, 2.5)) for x in (-0.75, 0, 0.75)]
+        )
+        towards = np.array([(rng.uniform(-0.1, 0.1), -rng.uniform(0.5, 2.0)) for _ in starts])
+        robot = Navigator(METHODS[method], Disc(RADIUS), Limits(1.2, 2.0), horizon=3.0, margin=0.05, period=PERIOD)
+        state, previous = State((0.0, RADIUS + gap), (rng.uniform(-0.8, 0.8), 0.0)), None
+        for k in range(20):
+            now = k * PERIOD
+            seen = Tracks(starts + now * towards, towards, 0.3, now)
+            previous = robot.decide(state, [WALL, seen], Goal(Stationary((0.0, 0.8)), 0.2), now=now, previous=previous)
+            state = drive(state, previous.manoeuvre.mean_acceleration(now, PERIOD), PERIOD)
+            assert clearances(Disc(RADIUS), [WALL], state, now)[0] >= -20.0 * CONTACT_SLACK
+
+
 def test_robots_of_a_fleet_press_none_into_a_wall() -> None:
     """Six robots that share the avoidance, one of them a little deep in the wall between the others."""
     starts = np.array([(0.0, RADIUS - SHALLOWEST), (-0.75, 0.4), (0.75, 0.4), (-0.4, 1.1), (0.4, 1.1), (0.0, 1.8)])

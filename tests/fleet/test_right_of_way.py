@@ -1,4 +1,4 @@
-"""Right of way among robots that share manoeuvres: none locks, without guidance."""
+"""Right of way among robots: those that share manoeuvres do not lock, and two that observe each other pass a door."""
 
 import pickle
 
@@ -8,7 +8,21 @@ from draws import draws
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
-from slalom import METHODS, Ball, Disc, Fleet, Limits, PathGoal, Polyline, Stationary, Union
+from slalom import (
+    METHODS,
+    Ball,
+    Disc,
+    Fleet,
+    Limits,
+    Navigator,
+    PathGoal,
+    Polyline,
+    State,
+    Stationary,
+    Tracks,
+    Union,
+    routes,
+)
 from slalom.kernels.arrays import zero_records
 from slalom.kernels.decision.right_of_way import depth_on_way, orthonormalise
 from slalom.kernels.decision.tables import Claims, Robot
@@ -199,3 +213,41 @@ def test_axes_off_a_way_are_orthonormal(first: np.ndarray, second: np.ndarray, d
         assert axes[0] == pytest.approx(given_axes[0] / np.linalg.norm(given_axes[0]))
     if d == 2:
         assert np.all(axes[:2, 2] == 0.0)
+
+
+def door(width: float, angle: float) -> tuple[list[Obstacle], np.ndarray, np.ndarray]:
+    """The walls beside a door, and the starts and ends of two robots that meet in it exactly symmetrically."""
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    sides = [np.array([(0.0, side * width / 2.0), (0.0, side * 6.0)]) @ turn for side in (1, -1)]
+    starts = np.array([(-4.0, 0.4), (4.0, -0.4)]) @ turn
+    return [Obstacle(Polyline(side), Stationary((0.0, 0.0))) for side in sides], starts, starts[::-1] * 1.0
+
+
+@pytest.mark.parametrize("method", draws(["nao", "ao", "vo", "rvo", "nao_shared"], 2))
+@pytest.mark.parametrize("place", draws([(0.85, 0.0), (1.0, 0.5 * np.pi), (1.2, 1.0)], 2))
+def test_two_robots_that_meet_in_a_door_pass_it(place: tuple[float, float], method: str) -> None:
+    walls, starts, ends = door(*place)
+    paths = [PathGoal(points, tolerance=0.2) for points in routes(starts, ends, RADIUS, walls)]
+    fleet = Fleet(METHODS[method], Disc(RADIUS), LIMITS, robots=2, obstacles=walls)
+    time, least = driven(fleet, starts, ends, 30.0, paths=paths)
+    assert time < 30.0
+    assert least >= 0.0
+
+
+@pytest.mark.parametrize("place", draws([(0.85, 0.0), (1.0, 0.5 * np.pi), (1.2, 1.0)], 2))
+def test_two_navigators_that_observe_each_other_pass_a_door(place: tuple[float, float]) -> None:
+    walls, starts, ends = door(*place)
+    paths = [PathGoal(points, tolerance=0.2) for points in routes(starts, ends, RADIUS, walls)]
+    robot, made = Navigator(METHODS["nao"], Disc(RADIUS), LIMITS), [None, None]
+    positions, velocities = starts, np.zeros_like(starts)
+    for k in range(300):
+        seen = [Tracks(positions[j : j + 1], velocities[j : j + 1], RADIUS, k * DT, ids=["other"]) for j in (1, 0)]
+        states = [State(*each) for each in zip(positions, velocities)]
+        made = [
+            robot.decide(state, walls, path, robots=other, now=k * DT, previous=before)
+            for state, path, other, before in zip(states, paths, seen, made)
+        ]
+        each = np.array([one.manoeuvre.mean_acceleration(k * DT, DT) for one in made])
+        positions, velocities = integrate(positions, velocities, each, DT)
+        assert np.linalg.norm(positions[0] - positions[1]) >= 2.0 * RADIUS
+    assert np.linalg.norm(positions - ends, axis=1).max() <= 0.3

@@ -75,7 +75,7 @@ def test_without_braking_the_prediction_holds() -> None:
 
 @pytest.mark.parametrize("seed", draws(range(12), first=3))
 def test_a_leader_that_brakes_is_not_hit(seed: int) -> None:
-    """It brakes, in parts and up to as hard as the robot, in a lane that leaves no way around it."""
+    """It brakes, in parts and up to as hard as the robot, in a lane that leaves no way around it. Before, none lags."""
     rng = np.random.default_rng(seed)
     period, top = 0.1, rng.choice([1.5, 8.0, 20.0])
     limits = Limits(1.1 * top, top * rng.uniform(0.25, 0.8))
@@ -93,3 +93,4 @@ def test_a_leader_that_brakes_is_not_hit(seed: int) -> None:
         place, velocity = place + period * velocity + 0.5 * period**2 * push, velocity + period * push
         leader, speed = leader + 0.5 * period * (speed + slower), slower
         assert np.hypot(leader - place[0], place[1]) >= 1.0
+        assert k > 15 or velocity[0] >= 0.9 * top

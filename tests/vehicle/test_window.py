@@ -5,6 +5,7 @@ import pytest
 
 from slalom import (
     BoundedError,
+    ConstantVelocityFilter,
     Disc,
     Goal,
     Obstacle,
@@ -13,6 +14,7 @@ from slalom import (
     PathGoal,
     Polyline,
     Rectangle,
+    Shape,
     Stationary,
     Tracker,
     Tracks,
@@ -98,6 +100,24 @@ def test_contacts_at_rest_count_where_the_navigator_says_so() -> None:
     decision = strict.decide(pose, [corner, tracks], goal)
     assert not decision.safe
     assert decision.outcome is not Outcome.STOPPING
+
+
+@pytest.mark.parametrize("strict", [False, True])
+@pytest.mark.parametrize("shape", [Disc(PERSON), Rectangle(0.6, 0.6)], ids=["disc", "box"])
+def test_what_walks_into_a_vehicle_drives_it_into_no_wall(shape: Shape, strict: bool) -> None:
+    """Three abreast walk at a vehicle that stands 0.1 m before a wall: it touches the wall in no motion."""
+    wall = Obstacle(Polyline([(-5.0, -BODY - 0.1), (5.0, -BODY - 0.1)]), Stationary((0.0, 0.0)), "wall")
+    robot = VehicleNavigator(DRIVE, method("nao"), Disc(BODY), horizon=3.0, margin=0.05, contact_at_rest=strict)
+    for heading in (0.5, 1.5, -2.5):
+        tracker, pose, decision = Tracker(shape, ConstantVelocityFilter(position=0.05)), Pose((0.0, 0.0), heading), None
+        for k in range(40):
+            now, y = 0.1 * k, 3.0 - 0.1 * k
+            for x in (-0.75, 0.0, 0.75):
+                tracker.update(now, x, (x, y), heading=None if isinstance(shape, Disc) else 0.0)
+            goal = Goal(Stationary((0.0, 0.5)), 0.2, stop=True)
+            decision = robot.decide(pose, [wall, *tracker.at(now)], goal, now=now, previous=decision)
+            pose = DRIVE.drive(pose, decision.command)
+            assert pose.position[1] > -0.1
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -33,18 +33,17 @@ walls."""
 
 
 def least_impact(s: Situation, robot: Shape, period: float, obstacle_window: ObstacleWindow) -> Decision:
-    """Decision for a collision within this period: match the velocity of the obstacle that is hit first."""
+    """Decision for a collision within this period: match the velocity of the obstacle hit first, see `nearest`."""
     blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
     times = blocked.times_to_collision(np.zeros(s.state.dimension))
     preferred, outcome = np.zeros(s.state.dimension), Outcome.INADMISSIBLE
-    alone = ControlObstacle(s.response, s.state, ObstacleWindow((), s.now, s.horizon), robot)
-    if select(preferred, s.admissible, alone).safe:
+    if select(preferred, s.admissible, replace(blocked, obstacles=ObstacleWindow((), s.now, s.horizon))).safe:
         outcome = Outcome.IMPACT
     if np.any(np.isfinite(times)):
         first = int(np.argmin(times))
         other = obstacle_window.obstacle(first).trajectory.velocity(s.now + float(times[first]))
         preferred = s.response.velocity(s.state, period).inverse(other)
-    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, robot), s.now)
+    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, blocked), s.now)
     return Decision(manoeuvre, outcome, preferred, made(blocked))
 
 
@@ -121,7 +120,7 @@ def is_moving(obstacle: Obstacle, now: float) -> bool:
 def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle) -> Decision:
     """Decision of a robot that overlaps obstacles and cannot avoid others within this period: towards `velocity`."""
     preferred = s.response.velocity(s.state, period).inverse(velocity)
-    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, blocked.robot), s.now)
+    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, blocked), s.now)
     return Decision(manoeuvre, Outcome.ESCAPING, preferred, made(blocked))
 
 
@@ -129,16 +128,23 @@ def stop(s: Situation, robot: Shape, obstacle_window: ObstacleWindow) -> Decisio
     """Decision of a robot that may be touched at rest and must not move into contact: rest, or brake hardest."""
     preferred = s.response.velocity(s.state, s.response.settled(s.horizon)).inverse(np.zeros(s.state.dimension))
     outcome = Outcome.STOPPING if float(np.linalg.norm(s.state.velocity)) <= REST else Outcome.BRAKING
-    control = nearest(preferred, s, robot)
     blocked = ControlObstacle(s.response, s.state, obstacle_window, robot)
-    return Decision(Manoeuvre(s.response, s.state, control, s.now), outcome, preferred, made(blocked))
+    manoeuvre = Manoeuvre(s.response, s.state, nearest(preferred, s, blocked), s.now)
+    return Decision(manoeuvre, outcome, preferred, made(blocked))
 
 
-def nearest(preferred: Array, s: Situation, robot: Shape) -> Array:
-    """Admissible control (d,) nearest to `preferred`, obstacles not counted; if none is, the limits' compromise."""
-    alone = ControlObstacle(s.response, s.state, ObstacleWindow((), s.now, s.horizon), robot)
-    choice = select(preferred, s.admissible, alone)
-    return s.admissible.compromise(preferred) if choice.control is None else choice.control
+def nearest(preferred: Array, s: Situation, blocked: ControlObstacle) -> Array:
+    """Admissible control (d,) nearest to `preferred` that hits no known obstacle at rest outside of the robot.
+
+    If none is: with no obstacle counted; if none is, the limits' compromise.
+    """
+    passed = [each.uncertainty is not None or is_moving(each, s.now) for each in blocked.obstacles.obstacles]
+    at_rest = blocked.obstacles.without(np.array(passed, np.bool_)).without(blocked.overlapping)
+    for obstacles in (at_rest, ObstacleWindow((), s.now, s.horizon)):
+        choice = select(preferred, s.admissible, replace(blocked, obstacles=obstacles))
+        if choice.control is not None:
+            return choice.control
+    return s.admissible.compromise(preferred)
 
 
 # Obstacles with several futures: which of them a decision avoids, and which it gives up.

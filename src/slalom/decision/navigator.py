@@ -15,7 +15,7 @@ The path of one decision, stage by stage:
           preferred_is_free       a direct test of the preferred control          kernels/decision/motion_clear.py
           relative_motion         segments on which controls collide              kernels/decision/response_motion.py
           nearest_free            the nearest control outside of them             kernels/selection/exchange.py
-        latest_collision          the choice where every manoeuvre collides       kernels/decision/policy.py
+        latest_collision          the choice where every manoeuvre collides       kernels/decision/collision.py
       fall_back                   where no control is safe, or bodies overlap     decision/fallback.py
       Decision                    manoeuvre, outcome, and a report on request     decision/decision.py
 """
@@ -253,7 +253,8 @@ class Navigator(Settings):
         step = request.step
         now = request.now
         previous = request.previous
-        policy, path = self._alone if others is None else self._among, None
+        # Behind a leader that may brake it brakes evenly, as among robots: to approach rest needs a longer gap.
+        policy, path = self._alone if others is None and not obstacles.leads else self._among, None
         if previous is not None:
             path, end = previous.path, now + 2.0 * self.horizon
             if path is None or (path.times[-1] < now + self.horizon and self.turning):

@@ -23,6 +23,7 @@ from slalom.decision.objective import (
     parts_of,
     preferred_control,
 )
+from slalom.decision.right_of_way import presumed_claims
 from slalom.decision.settings import DETOURS, HELD_UP_TIME, Settings
 from slalom.decision.tables import (
     RobotRow,
@@ -57,7 +58,7 @@ from slalom.kernels.decision.tables import (
 )
 from slalom.model.goal import Goal
 from slalom.model.path import Path
-from slalom.model.path_goal import PathStep
+from slalom.model.path_goal import PathGoal, PathStep
 from slalom.model.response import AccelerateThenBrake, AccelerateThenStop, Response
 from slalom.model.shape import round_shape
 from slalom.model.state import State
@@ -362,7 +363,13 @@ class PolicyTables:
             kind = int(self._skeletons.kind[-1])
             met = bodies if kind == 0 else self._skeletons.grown_bodies(kind, obstacles, detours=False, around=around)
             stop_observed(kind, robots, met, settings)
-        tables = DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives, NO_CLAIMS)
+        claims = NO_CLAIMS
+        if others is not None and number == ARRIVE and request.previous is not None:
+            here = state.position
+            if request.step is not None and isinstance(request.goal, PathGoal):
+                here = request.goal.point(request.step.progress)
+            claims = presumed_claims(robots, target - here, request.previous.stalled)
+        tables = DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives, claims)
         return tables, in_python
 
     def _objective_in_python(self, table: OwnTable, request: Request) -> ObjectiveInPython:

@@ -55,7 +55,6 @@ from slalom.forecast.linear import piecewise_polynomial
 from slalom.kernels.arrays import Flags, Indices
 from slalom.kernels.decision.tables import (
     ARRIVE,
-    NO_CLAIMS,
     NO_OBJECTIVES,
     DecisionSettings,
     DecisionTables,
@@ -105,9 +104,9 @@ class Fleet:
     `watch`, if any, is called after each group of robots (rows) has decided, with the table of the robots and the
     obstacles among which they decided. It must not change them, and copies what it keeps.
 
-    With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. Without guidance
-    each leaves the ways of robots that are held up, see `RightOfWay`. With other methods each predicts the others from
-    their present states. In a fleet of several methods a robot receives the manoeuvre of another only if both have the
+    With `nao_shared` robots receive each other's committed manoeuvres and decide one after the other. With others each
+    predicts the others from their present states. Without guidance each leaves the ways of robots that are held up, see
+    `RightOfWay`. In a fleet of several methods a robot receives the manoeuvre of another only if both have the
     method `nao_shared`; a robot that only observes may press one that shares, which ends its guarantee. The result
     depends neither on threads nor on the hash seed. A fleet can be pickled and copied; the copy goes on equal to the
     bit.
@@ -193,7 +192,7 @@ class Fleet:
         self.observers = [] if sight is None else observers_of(sight, self.members, given)
         self.guidance = guidance_of(guided, self.members, given, self.threads)
         self.destinations = Destinations(self.members, self.period, self.horizon, self.guidance, bool(guided))
-        self.right_of_way = RightOfWay(np.array([method.shared for method in self.members.methods]))
+        self.right_of_way = RightOfWay(n)
         self.targets, self.information = self.destinations.motion, Information()
         self.watch: Callable[[Indices, RobotTable, Obstacles], None] | None = None
 
@@ -349,7 +348,7 @@ class Fleet:
     ) -> dict[int, Outcome]:
         """The outcomes of the robots in `order` that fell back; the others are in the table."""
         decide_all, fallen = one_by_one if settings.shared else at_once, dict[int, Outcome]()
-        claims = self.right_of_way.claims(self.table) if settings.shared else NO_CLAIMS
+        claims = self.right_of_way.claims(self.table)
         for kind, own in enumerate(bodies):
             stop_observed(kind, self.table, own, settings)
         for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):

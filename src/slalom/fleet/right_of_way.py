@@ -1,7 +1,7 @@
-"""Right of way among robots that publish manoeuvres: robots that are held up claim the ways to their targets.
+"""Right of way among robots of fleets: robots that are held up claim the ways to their targets.
 
 Each robot of higher rank leaves these ways, see `kernels.decision.right_of_way`. Claims have no part in safety: with
-any claim the decision of a robot keeps clear of all published manoeuvres.
+any claim the decision of a robot keeps clear of all others as they are published or predicted.
 """
 
 from collections.abc import Sequence
@@ -11,22 +11,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from slalom.base.checks import Array
-from slalom.kernels.arrays import Flags
+from slalom.decision.right_of_way import claimed
 from slalom.kernels.decision.tables import ARRIVE, NO_CLAIMS, Claims, RobotTable
 from slalom.obstacle import Obstacle
-
-CLAIM_AFTER: Final = 1.5
-"""[1] A robot claims its way after so many times of those in which it reaches its largest speed. Larger: robots that
-block each other lose time. Smaller: robots leave ways that would soon be free."""
-
-CLAIM_LENGTH: Final = 3.0
-"""[1] Length of a claimed way in distances that the robot drives at its largest speed in the time to reach it. Larger:
-robots move aside that leave by themselves. Smaller: they move aside late."""
-
-CLAIM_GROWTH: Final = 0.03
-"""[1] Rate at which the claimed way gets wider on either side, as a share of the largest speed. With 0, robots enclose
-each other: 1 of 60 passed a doorway. With 0.07, robots in a room were pushed into its corners. Larger: more robots move
-aside. Smaller: outer robots make place later."""
 
 HELD_UP_SPEED: Final = 0.3
 """[1] A robot that comes nearer to its target at less than this share of its largest speed is held up. Larger: robots
@@ -55,19 +42,14 @@ class PublishedManoeuvre(Obstacle):
 
 
 class RightOfWay:
-    """The times for which robots that publish manoeuvres have been held up, and the order of their rights of way.
+    """The times for which `n` robots have been held up, and the order of their rights of way.
 
     Of two robots the one has the right of way that is not at its goal; then the one that has never been there, then
     the one with less distance left to it, then the one with the lesser coordinates.
-
-    Args:
-        publishes: (n,) whether a robot publishes its manoeuvres.
     """
 
-    def __init__(self, publishes: Flags) -> None:
-        n = len(publishes)
+    def __init__(self, n: int) -> None:
         self.held_up = np.zeros(n)  # [s]
-        self._publishes = publishes
         self._goal = np.full((n, 3), np.nan)
         self._left = np.zeros(n)
         self._visited = np.zeros(n, np.bool_)
@@ -103,7 +85,7 @@ class RightOfWay:
         nearer = (each["velocity"] * way).sum(axis=1) / np.maximum(away, 1e-12)
         slow = nearer < HELD_UP_SPEED * each["max_speed"]
         times = np.where(slow, self.held_up + period, np.maximum(self.held_up - CLAIM_RECOVERY * period, 0.0))
-        claims = each["present"] & self._publishes & (each["objective"] == ARRIVE) & (left > 0.0) & ~new
+        claims = each["present"] & (each["objective"] == ARRIVE) & (left > 0.0) & ~new
         self.held_up = np.where(claims, times, 0.0)
         self._others = [one.standing for one in others if isinstance(one, PublishedManoeuvre) and one.standing]
         self._active = not guided or len(self._others) > 0
@@ -116,14 +98,8 @@ class RightOfWay:
         each["rank"], self._other_ranks = ranks[: len(left)], ranks[len(left) :]
 
     def _ways(self, each: Any, held_up: Array) -> tuple[Array, Array]:
-        """The claimed ways (m, 3) [m] of robots `each`, held up for (m,) [s], and half widths (m,) [m]; 0: no claim."""
-        fast = each["max_speed"] / each["max_acceleration"]
-        longer = held_up - CLAIM_AFTER * fast
-        way = each["target"] - each["position"]
-        most = CLAIM_LENGTH * fast * each["max_speed"]
-        way *= np.minimum(most / np.maximum(np.linalg.norm(way, axis=1), 1e-12), 1.0)[:, None]
-        width = each["radius"] + each["margin_among"] + CLAIM_GROWTH * each["max_speed"] * longer
-        return way, np.where(each["present"] & (longer >= 0.0), width, 0.0)
+        """The ways (m, 3) [m] that robots `each` (m,) claim, and half their widths (m,) [m]; 0: none is claimed."""
+        return claimed(each, each["target"] - each["position"], held_up)
 
     def claims(self, table: RobotTable) -> Claims:
         """The claims of the robots in a table, and of other fleets in every world."""
@@ -148,12 +124,11 @@ class RightOfWay:
         )
         return Claims(np.searchsorted(world[order], np.arange(worlds + 1)), position, ways, widths, ranks)
 
-    def standings(self, table: RobotTable) -> list[Standing | None]:
-        """The right of way of each robot, to publish; None for a robot that publishes no manoeuvres."""
+    def standings(self, table: RobotTable) -> list[Standing]:
+        """The right of way of each robot, to publish."""
         each = table.each
         ways, widths = self._ways(each, self.held_up)
         rows = zip(
             self._visited.tolist(), self._left.tolist(), each["position"].tolist(), ways.tolist(), widths.tolist()
         )
-        found = [Standing(visited, left, tuple(at), tuple(way), width) for visited, left, at, way, width in rows]
-        return [one if publishes else None for one, publishes in zip(found, self._publishes.tolist())]
+        return [Standing(visited, left, tuple(at), tuple(way), width) for visited, left, at, way, width in rows]

@@ -211,6 +211,11 @@ class Tracks:
         hardest = np.full(len(self), limits.braking) if self.braking is None else self.braking
         return self._changed(_braking=np.where(followed, hardest, 0.0))
 
+    @property
+    def leads(self) -> bool:
+        """Whether a robot follows some of them, which may brake, see `followed_by`."""
+        return self._braking is not None and bool(self._braking.any())
+
     def with_shares(self, shares: npt.ArrayLike) -> "Tracks":
         """The same tracks with other `shares`, (n,) or one. Raises InvalidInput for numbers outside of 0 to 0.5."""
         return self._changed(shares=self._checked(shares))

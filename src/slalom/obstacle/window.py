@@ -263,6 +263,11 @@ class ObstacleWindow:
         """Whether some obstacles are futures with a probability below 1."""
         return any(s.has_futures for s in self._sources)
 
+    @property
+    def leads(self) -> bool:
+        """Whether the robot follows some of the tracks, see `Tracks.braking`."""
+        return any(isinstance(s, Tracks) and s.leads for s in self._sources)
+
     def refuse_worlds(self) -> None:
         """Raise InvalidInput for tracks with numbers of worlds: the window is of one world."""
         for source in self._sources:
@@ -498,6 +503,27 @@ def followed(obstacles: Obstacles, robot: Shape, state: State, limits: Limits) -
 def in_world(obstacles: Obstacles, world: int) -> list[Obstacle | ObstacleTable | Tracks]:
     """The obstacles, tables and tracks that are in a world of a fleet."""
     return [one.in_world(world) if isinstance(one, Tracks) else one for one in listed(obstacles)]
+
+
+def passive(obstacles: Obstacles) -> list[Obstacle | ObstacleTable | Tracks]:
+    """The obstacles, contacts with tracked ones of which count only while the robot moves.
+
+    Tracked are `Tracks`, and obstacles of any shape that do not stand still and have an uncertainty.
+    """
+    found = list[Obstacle | ObstacleTable | Tracks]()
+    for one in listed(obstacles):
+        table, uncertain = one.split(at_rest=False) if isinstance(one, ObstacleTable) else (one, ())
+        found += [table, *uncertain]
+    return [_passive(one) for one in found]
+
+
+def _passive(one: Obstacle | ObstacleTable | Tracks) -> Obstacle | ObstacleTable | Tracks:
+    """A table as it is; anything else as of `passive`."""
+    if isinstance(one, Tracks):
+        return one.passive()
+    if isinstance(one, Obstacle) and one.uncertainty is not None and not one.at_rest:
+        return replace(one, contact_at_rest=False)
+    return one
 
 
 def _within(source: Obstacle | ObstacleTable | Tracks) -> Sequence[Obstacle]:

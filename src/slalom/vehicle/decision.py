@@ -49,14 +49,20 @@ class Moment(NamedTuple):
     bodies: Bodies
     gaps: Array
 
+    def at_rest(self, counts: bool) -> "Moment":
+        """The same inputs, where contacts with all bodies count while the vehicle is at rest, or with none."""
+        each = self.bodies.each.copy()
+        each["at_rest"] = counts
+        return self._replace(bodies=self.bodies._replace(each=each))
+
 
 class Proposal(NamedTuple):
     """A motion of the vehicle that is not judged yet.
 
     Attributes:
         motions: (k, 5), see `VehicleDecision`. manoeuvre: of the point. plan: the decision that it follows; None for
-            other manoeuvres. way: that it follows. outcome: of a motion on a way. held: whether it holds a speed and a
-            turn.
+            other manoeuvres. way: that it follows. outcome: of a motion on a way, and of one that collides. held:
+            whether it holds a speed and a turn.
     """
 
     motions: Array

@@ -28,7 +28,7 @@ from slalom.model.shape import Disc, Shape
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable, same_dimension
 from slalom.obstacle.tracks import Tracks
-from slalom.obstacle.window import Obstacles, listed
+from slalom.obstacle.window import Obstacles, listed, passive
 from slalom.vehicle.curves import Arc, Way, ends
 from slalom.vehicle.decision import PERSISTS, Moment, PointMotion, Proposal, VehicleDecision, estimated, manoeuvre_of
 from slalom.vehicle.sweep import Scene, convex_bodies
@@ -144,12 +144,12 @@ class VehicleNavigator(SharedSettings):
     nearer to the goal as it should, is chosen. Otherwise the vehicle drives in its dynamic window (Fox, Burgard and
     Thrun 1997): it holds a speed and a turn for some time, and brakes to rest. Of those that are clear it chooses the
     one that ends nearest to its goal. Without any it brakes, or takes the motion with the latest contact if braking
-    hits an obstacle that is known. A body that overlaps an obstacle leaves it, and gets no deeper into any where
-    possible (docs/design/0023).
+    hits an obstacle that is known; never one that drives into what stands still, unless each does. A body that overlaps
+    an obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
 
-    Tracks are observed, and what they do later is not known. So by default contacts with them count only while the
-    vehicle moves (passive safety). A motion that would be hit at rest is not safe: its outcome is STOPPING. What comes
-    too near in any case is approached no farther than if the vehicle stayed.
+    What tracked obstacles do later is not known: `Tracks`, and others that move with an uncertainty. So by default
+    contacts with them count only while the vehicle moves (passive safety). A motion that would be hit at rest is not
+    safe: its outcome is STOPPING. What comes too near in any case is approached no farther than if the vehicle stayed.
 
     Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched. While they
     are safe or STOPPING, the vehicle touches nothing as long as it moves.
@@ -160,7 +160,7 @@ class VehicleNavigator(SharedSettings):
         center: [m] of the origin of the body ahead of the axle.
         horizon, margin, holds and others: see `Settings`. limits: of the point; None: all that the wheels may do.
         reverse_after: [s] without progress after which it leaves its place, backwards where it must.
-        contact_at_rest: whether contacts with `Tracks` count while it stands.
+        contact_at_rest: whether contacts with what is tracked count while it stands.
     """
 
     vehicle: Vehicle
@@ -271,8 +271,7 @@ class VehicleNavigator(SharedSettings):
     ) -> Moment:
         """The inputs at the time at which the decision acts."""
         acts = now + self.vehicle.delay
-        if not self.contact_at_rest:
-            obstacles = [one.passive() if isinstance(one, Tracks) else one for one in listed(obstacles)]
+        obstacles = obstacles if self.contact_at_rest else passive(obstacles)
         before = None if previous is None else previous.track
         track = estimated(self.vehicle, pose.motion, now - delay, acts, before, self.horizon)
         pose = pose_of(track[-1, 1:])
@@ -306,9 +305,8 @@ class VehicleNavigator(SharedSettings):
             stop = self._braking(moment)
             known = np.where(moment.bodies.at_rest, keep, -np.inf)
             if not moment.bodies.at_rest.all() and self._contact(moment, stop.motions, known) == np.inf:
-                found = self._contact(moment, stop.motions, keep)
-                return self._decided(moment, stop, found, Outcome.BRAKING, no_way)
-            return self._decided(moment, best, found, Outcome.DELAYED, no_way)
+                found, best = self._contact(moment, stop.motions, keep), stop
+            return self._decided(moment, best, found, best.outcome, no_way)
         safe = best.plan is not None and best.plan.safe and best.manoeuvre is best.plan.manoeuvre
         return self._decided(
             moment, best, found, best.plan.outcome if best.plan and safe else Outcome.CONTINUED, no_way
@@ -316,10 +314,8 @@ class VehicleNavigator(SharedSettings):
 
     def _outcome(self, moment: Moment, held: Proposal, keep: Array) -> Outcome:
         """CONSTRAINED for a held motion that stays clear at its end, STOPPING for one that is clear while it moves."""
-        each = moment.bodies.each.copy()
-        each["at_rest"] = True
-        lasting = moment._replace(bodies=moment.bodies._replace(each=each))
-        return Outcome.CONSTRAINED if self._contact(lasting, held.motions, keep) == np.inf else Outcome.STOPPING
+        lasts = self._contact(moment.at_rest(True), held.motions, keep) == np.inf
+        return Outcome.CONSTRAINED if lasts else Outcome.STOPPING
 
     def _improvement(self, moment: Moment, plan: Proposal, way: Array) -> float:
         """The cost [m] below which a held motion replaces a clear one; -inf: none does.
@@ -552,16 +548,22 @@ class VehicleNavigator(SharedSettings):
         return np.asarray(kernels.pose_gaps(motion[:3].copy(), self.corners, bodies, bodies.hulls))
 
     def _latest(self, moment: Moment, proposals: Iterable[Proposal], keep: Array) -> tuple[float, Proposal]:
-        """The time of the first contact of the first clear motion, else of that with the latest one; and the motion."""
-        best: tuple[float, Proposal] | None = None
+        """The time of the first contact of the first clear motion, else of that with the latest one; and the motion.
+
+        Of motions that drive into nothing that stands still; without any the vehicle brakes.
+        """
+        judged: list[tuple[float, Proposal]] = []
         for proposal in proposals:
-            found = self._judged(moment, proposal, keep)
-            if best is None or found > best[0]:
-                best = found, proposal
+            found = self._contact(moment, proposal.motions, keep)
             if found == np.inf:
-                break
-        assert best is not None
-        return best
+                return found, proposal
+            judged.append((found, proposal._replace(outcome=Outcome.DELAYED)))
+        moving = [k for k, one in enumerate(moment.window.obstacles) if is_moving(one, moment.now)]
+        still = np.where(np.isin(moment.bodies.owner, moving), -np.inf, keep)
+        passive = moment.at_rest(False)
+        some = [one for one in judged if self._contact(passive, one[1].motions, still) == np.inf]
+        stop = self._braking(moment)
+        return max(some or [(self._contact(moment, stop.motions, keep), stop)], key=lambda one: one[0])
 
     def _kept(self, moment: Moment, deeper: float | None = None) -> Array:
         """The clearance (b,) [m] to keep from each body: the margin, or what the body of the vehicle has of it now.
@@ -624,10 +626,6 @@ class VehicleNavigator(SharedSettings):
             no_way=no_way,
             held=proposal.held,
         )
-
-    def _judged(self, moment: Moment, proposal: Proposal, keep: Array | None = None) -> float:
-        """Time [s] of the first contact of the body on a motion, with the margin that it can keep."""
-        return self._contact(moment, proposal.motions, self._kept(moment) if keep is None else keep)
 
     def _contact(self, moment: Moment, motions: Array, keep: Array) -> float:
         """Time [s] of the first contact of the body on motions (k, 5), `keep` (b,) [m] being kept."""

@@ -10,7 +10,8 @@ import numpy as np
 from slalom.base.tolerances import CONTACT, CONTACT_SLACK
 from slalom.kernels.arrays import Array, Indices, PositionMap
 from slalom.kernels.by_reference import by_reference
-from slalom.kernels.decision.bodies import hulls_of_bodies, limit_margin, obstacle_pieces, reduce_margin
+from slalom.kernels.decision.bodies import limit_margin, obstacle_pieces, reduce_margin
+from slalom.kernels.decision.collision import WORK_ROW, free_without_margin, latest_collision
 from slalom.kernels.decision.costs import (
     COST_TIE,
     first_detour,
@@ -47,21 +48,19 @@ from slalom.kernels.decision.paths import (
     acceleration_on_path,
     bounding_balls,
     commit,
-    response_path,
     rest_of_path,
     state_on_path,
     unchanged_control,
 )
 from slalom.kernels.decision.response_motion import (
     WORK_CHOICE,
-    choose,
     free_control,
     no_motions,
-    relative_motion,
     relative_table,
 )
 from slalom.kernels.decision.right_of_way import cost_on_ways, ways_aside
 from slalom.kernels.decision.tables import (
+    ARRIVE,
     BALL_WINDOWS,
     FOLLOW_ACCELERATION,
     CellList,
@@ -72,170 +71,11 @@ from slalom.kernels.decision.tables import (
     Scratch,
 )
 from slalom.kernels.decision.targets import target_state
-from slalom.kernels.geometry.cubic import copy_into, slope, value
-from slalom.kernels.geometry.hulls import distances
+from slalom.kernels.geometry.cubic import copy_into
 from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
 from slalom.kernels.selection.candidates import nearest_admissible
 from slalom.kernels.selection.exchange import deepest_violation
-
-# The decision of a robot if all its manoeuvres are predicted to collide: the latest collision, then the slowest.
-
-
-COMPARED_COLLISION: Final = 0.1
-"""[1] To this part of a period the times of unavoidable collisions under two responses are compared. Larger: a robot
-may choose a response that collides that much sooner. With 0.5, 4 of 1000 crossings of observed crowds collided that do
-not with 0.1. Smaller: more choices where nothing is safe."""
-
-LATEST_COLLISION: Final = 0.02
-"""[1] To this part of a period the time of the unavoidable collision is found under the response that is chosen.
-Larger: the robot collides that much sooner than it could. With 0.5, `nlvo` collided in 45 of 200 crossings of the
-roundabout, with 0.1 in 21. Smaller: more choices where nothing is safe."""
-
-WORK_ROW: Final = 0.3
-"""[us] Counted for each piece of a body near a motion: see WORK_NODE."""
-
-
-@kernel
-def free_without_margin(i: int, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch) -> bool:
-    """Whether robot i has a response with a control that collides with none of `rows` taken without their margins."""
-    first = tables.responses.kinds[tables.robots.each[i].kind]
-    free = False
-    radius = rows.pieces.radius.copy()
-    growth = rows.pieces.growth.copy()
-    u = np.zeros(3)
-    reduce_margin(1.0, rows)
-    for k in range(len(search.excluded)):
-        if not search.excluded[k]:
-            free = free_until(i, first + k, tables.settings.horizon, rows, search.preferred[k], tables, u)
-        if free:
-            break
-    copy_into(rows.pieces.radius, radius)
-    copy_into(rows.pieces.growth, growth)
-    return free
-
-
-@kernel
-def latest_collision(i: int, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch) -> int:
-    """The response with the latest collision among `rows`; its control goes into `search.control`.
-
-    Of those within one period of the latest, the one with the least impact speed. -1 if all collide within one period.
-    Responses are compared to the part COMPARED_COLLISION of a period; the control of the one that is chosen collides at
-    most the part LATEST_COLLISION of a period sooner than necessary.
-    """
-    settings = tables.settings
-    first = tables.responses.kinds[tables.robots.each[i].kind]
-    count = len(search.excluded)
-    times = np.zeros(count)
-    ends = np.zeros(count)
-    speeds = np.full(count, np.inf)
-    controls = np.zeros((count, 3))
-    u = np.zeros(3)
-    latest = 0.0
-    for k in range(count):
-        low = max(latest - settings.period, 1e-9)
-        if search.excluded[k] or not free_until(i, first + k, low, rows, search.preferred[k], tables, u):
-            continue
-        copy_into(search.control, u)
-        within = COMPARED_COLLISION * settings.period
-        times[k], ends[k] = free_from(i, first + k, low, settings.horizon, within, rows, tables, search)
-        copy_into(controls[k], search.control)
-        latest = max(latest, times[k])
-        speeds[k] = impact_speed(i, first + k, ends[k], controls[k], rows, tables, search)
-    best = -1
-    for k in range(count):
-        if times[k] >= max(latest - settings.period, settings.period) and (best < 0 or speeds[k] < speeds[best]):
-            best = k
-    if best >= 0:
-        copy_into(search.control, controls[best])
-        within = LATEST_COLLISION * settings.period
-        free_from(i, first + best, times[best], ends[best], within, rows, tables, search)
-    return best
-
-
-@kernel
-def free_from(
-    i: int,
-    r: int,
-    low: float,
-    high: float,
-    within: float,
-    rows: ObstaclePieces,
-    tables: DecisionTables,
-    search: ResponseSearch,
-) -> tuple[float, float]:
-    """Times [s] at most `within` apart: up to the first, response r has a free control; up to the second, it has none.
-
-    Both lie between `low` [s], up to which `search.control` is free, and `high` [s]. The control that is free
-    longest goes there. The time is bracketed by steps that double, and then found by bisection.
-    """
-    u = np.zeros(3)
-    step = 2.0 * tables.settings.period
-    k = r - tables.responses.kinds[tables.robots.each[i].kind]
-    while high - low > within:
-        middle = min(low + step, 0.5 * (low + high))
-        if free_until(i, r, middle, rows, search.preferred[k], tables, u):
-            low = middle
-            step = 2.0 * step
-            copy_into(search.control, u)
-        else:
-            high = middle
-    return low, high
-
-
-@kernel
-def free_until(
-    i: int, r: int, until: float, rows: ObstaclePieces, preferred: Array, tables: DecisionTables, u: Array
-) -> bool:
-    """Whether a control of response r collides with nothing up to `until` [s].
-
-    The one nearest to `preferred` (3,) goes into u (3,).
-    """
-    unchanged = np.zeros(3)
-    unchanged_control(tables.robots.each[i], r, tables.responses, unchanged)
-    motion = relative_motion(i, r, rows, tables, unchanged, until, preferred, np.inf)
-    free, work = choose(motion, preferred, tables.settings.dimension, np.inf, np.inf, u)
-    tables.robots.each[i].work += work + WORK_ROW * len(rows.pieces.body)
-    return free
-
-
-@kernel
-def impact_speed(
-    i: int, r: int, t: float, u: Array, rows: ObstaclePieces, tables: DecisionTables, search: ResponseSearch
-) -> float:
-    """The speed [m/s] relative to the nearest body after t [s], under control u (3,) of response r."""
-    robot = tables.robots.each[i]
-    settings = tables.settings
-    scratch = search.scratch
-    pieces = rows.pieces
-    hulls = hulls_of_bodies(tables.bodies.corners, rows.hull, np.empty((4, 2, 0)))
-    place = np.zeros((1, 3))
-    direction = np.array([[1.0, 0.0]])
-    nearest = np.inf
-    speed = np.inf
-    response_path(robot, r, u, tables.responses, settings, t, scratch.paths, 0)
-    state_on_path(scratch.paths, 0, settings.now + t, scratch.position, scratch.velocity)
-    for s in range(len(pieces.body)):
-        if t < pieces.times[s, 0] or t > pieces.times[s, 1]:
-            continue
-        width = pieces.times[s, 1] - pieces.times[s, 0]
-        square = 0.0
-        x = (t - pieces.times[s, 0]) / width
-        body = pieces.body[s]
-        for axis in range(settings.dimension):
-            p = pieces.points[s, :, axis]
-            place[0, axis] = value(p[0], p[1], p[2], p[3], x) - scratch.position[axis]
-            square += squared(slope(p[0], p[1], p[2], p[3], x) / width - scratch.velocity[axis])
-        for axis in range(2 if len(pieces.turns) > 0 else 0):
-            p = pieces.turns[s, :, axis]
-            direction[0, axis] = value(p[0], p[1], p[2], p[3], x)
-        gap = distances(place, direction, rows.hull[body : body + 1], hulls)[0, 0]
-        gap -= pieces.radius[s] + pieces.growth[s] * x
-        if gap < nearest:
-            nearest = gap
-            speed = np.sqrt(square)
-    return float(speed)
-
 
 CLEARANCE_STEPS: Final = 6
 """[1] Bisections of the clearance beyond the margin, of at most `MostClearance.enough`: to 1/64 of it. More: decisions
@@ -337,7 +177,8 @@ def keep_committed(
     that the robot can remain safe, and is no plan. The best alternative costs `least` [s], by its k-th response. The
     robot keeps its manoeuvre if it loses at most the share `patience` of the time by one of two ways to go on. It may
     keep its velocity until the alternative has been carried out. Or it may change to the alternative then. A robot that
-    rests at its target loses nothing while it is measured there, at up to its tolerance per second.
+    rests at its target loses nothing while it is measured there, at up to its tolerance per second. None is kept that
+    leads past a target to stop at.
     """
     robots = tables.robots
     responses = tables.responses
@@ -351,6 +192,8 @@ def keep_committed(
             costs[k] = cost_on_ways(i, until, robots.committed, i, tables, search.scratch)
         else:
             costs[k] = manoeuvre_cost(i, until, to, robots.committed, i, near, tables, search.scratch)
+    if robot.stop and robot.objective == ARRIVE and passes_target(i, until, tables, search.scratch):
+        return SEARCH
     # A free change can be made later as well; a robot that arrives before cannot make it.
     most = until + to if not free or costs[k] <= until else 0.0
     if costs[k] - least > settings.patience * most + COST_TIE:
@@ -359,6 +202,28 @@ def keep_committed(
         if search.delays[k] > settings.patience * until + COST_TIE:
             return SEARCH
     return committed_is_clear(i, False, near, tables, search.scratch)
+
+
+@kernel
+def passes_target(i: int, until: float, tables: DecisionTables, scratch: Scratch) -> bool:
+    """Whether robot i, on its committed path for `until` [s], gets past its target by more than the tolerance there.
+
+    Even if it brakes from then on, for at least its shortest response.
+    """
+    robot = tables.robots.each[i]
+    then = tables.settings.now + until
+    state_on_path(tables.robots.committed, i, then, scratch.position, scratch.velocity)
+    target_state(i, then, tables.robots, tables.targets, scratch.target, scratch.target_velocity)
+    speed = 0.0
+    along = 0.0
+    for axis in range(tables.settings.dimension):
+        velocity = scratch.velocity[axis] - scratch.target_velocity[axis]
+        speed += squared(velocity)
+        along += velocity * (scratch.target[axis] - scratch.position[axis])
+    speed = np.sqrt(speed)
+    shortest = tables.responses.each[tables.responses.kinds[robot.kind]].shortest
+    way = 0.5 * speed * max(speed / robot.stopping, shortest)
+    return bool(way > along / max(speed, 1e-300) + robot.tolerance)
 
 
 @inlined

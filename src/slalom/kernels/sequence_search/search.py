@@ -7,7 +7,7 @@ import numpy as np
 
 from slalom.base.tolerances import ADMISSIBLE, DIVISOR_FLOOR, WHOLE_COUNT
 from slalom.kernels.arrays import Array, MaybeHulls, PositionMap, Segments, Workspace
-from slalom.kernels.decision.policy import WORK_ROW
+from slalom.kernels.decision.collision import WORK_ROW
 from slalom.kernels.decision.response_motion import WORK_CHOICE
 from slalom.kernels.jit import inlined, kernel, squared
 from slalom.kernels.relative_motion.clearance import new_workspace
