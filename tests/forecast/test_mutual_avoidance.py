@@ -141,34 +141,6 @@ def test_scales_follow_the_errors_that_were_observed() -> None:
     assert crowd.scales["new"] > 2.0 * crowd.scales["a"]
 
 
-def test_wrong_input_is_refused() -> None:
-    for settings, said in (
-        ({"period": 0.0}, "period: expected"),
-        ({"horizon": -1.0}, "horizon: expected"),
-        ({"distance": -0.1}, "distance: expected"),
-        ({"reach": 0.0}, "reach: expected"),
-        ({"steps": 0}, "steps: expected"),
-        ({"uncertainty": 0.1}, "uncertainty: expected an uncertainty"),
-    ):
-        with pytest.raises(InvalidInput, match=said):
-            AvoidingCrowd(**{"period": PERIOD, **settings})
-    crowd = AvoidingCrowd(PERIOD)
-    with pytest.raises(InvalidInput, match="tracks: expected Tracks"):
-        crowd.predict([])
-    with pytest.raises(InvalidInput, match="tracks: expected them in the plane, found dimension 3"):
-        crowd.predict(Tracks([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], 0.3))
-    for given, said in (
-        ({"probabilities": [0.5]}, "tracks: expected tracks without probabilities, found some with"),
-        ({"worlds": [0]}, "tracks: expected tracks without worlds, which only a fleet has, found some with"),
-    ):
-        with pytest.raises(InvalidInput, match=said):
-            crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, **given))
-    crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, 1.0))
-    with pytest.raises(InvalidInput, match=r"tracks.t: expected a time after 1 s, that of the last; found 1"):
-        crowd.predict(Tracks([[0.0, 0.0]], [[1.0, 0.0]], 0.3, 1.0))
-    assert set(crowd.preferred) == {0}
-
-
 @pytest.mark.parametrize("ids", [("a", "a"), (1, "1")])
 def test_ids_that_are_equal_are_refused(ids: tuple[object, object]) -> None:
     """Two tracks of one id would pass for one agent that jumps, and two of one name have one scale."""

@@ -202,7 +202,7 @@ def test_the_time_line_shows_events(tmp_path: Path) -> None:
                 told.setdefault(float(time), what)
                 if what == "collision with truck":
                     hit = x, float(time)
-        starts = [t for t, name in zip(run.times, run.outcomes) if name[0] not in ("", "KEPT", "CONTINUED", "WAITING")]
+        starts = [t for t, name in zip(run.times, run.outcomes) if name[0] not in ("", "KEPT", "CONTINUED")]
         assert sum(what.startswith("decision") for what in told.values()) >= 0.8 * len(starts)
         page.mouse.click(hit[0], box["y"] + 5)
         assert page.evaluate(f"{APP}.model.time") == pytest.approx(hit[1], abs=0.06)

@@ -53,7 +53,6 @@ from slalom import (
     ConvexPolygon,
     Disc,
     FollowAcceleration,
-    FollowVelocity,
     FromPast,
     GaussianError,
     Goal,
@@ -189,12 +188,6 @@ def pair(**settings) -> slalom.Fleet:
 def robot(**settings) -> Robot:
     """A disc with settings of its own."""
     return Robot(Disc(1), LIMITS, FLAT, GOAL, **settings)
-
-
-def with_methods(**settings) -> Scenario:
-    """Two robots with two methods."""
-    methods = {"one": None, "two": METHODS["nao"]}
-    return Scenario("mixed", tuple(robot(name=name, method=each) for name, each in methods.items()), **settings)
 
 
 METHOD_OF_JERKS = replace(METHODS["nao"], responses=lambda limits, period, holds: (Jerk(),))
@@ -1882,46 +1875,6 @@ def test_errors_have_one_base() -> None:
     sent = pickle.loads(pickle.dumps(error))
     assert str(error).splitlines() == error.mistakes == ["a:1:1: x", "a:2:1: y"]
     assert (type(sent), str(sent), sent.mistakes) == (InvalidFile, str(error), error.mistakes)
-
-
-# Refused wherever it is found, as long as it is one clear error of the library.
-
-ANYWHERE = {
-    "a number too large for a float": lambda: Disc(10**400),
-    "a complex number": lambda: Disc(1j),
-    "a hold below 0": lambda: decide(holds=(-1.0,)),
-    "a hold that is not a number": lambda: decide(holds=(0.5, NAN)),
-    "a margin below 0 in a scenario": lambda: scenario(margin=-1.0).navigator(METHODS["nao"]),
-    "a margin below 0 for one of the obstacles": lambda: ControlObstacle(
-        Acceleration(), FLAT, ObstacleWindow([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, -0.1])
-    ),
-    "a margin that is not a number for one of the obstacles": lambda: ControlObstacle(
-        Acceleration(), FLAT, ObstacleWindow([ROCK, ROCK], 0, 1), Disc(1), np.array([0.1, NAN])
-    ),
-    "a velocity to follow of another dimension": lambda: decide(objective=FollowVelocity((1, 0, 0))),
-    "a bound on the velocity of another dimension": lambda: decide(
-        limits=Limits(2, 1, velocity_bounds=(HalfSpace((1, 0, 0), 1),))
-    ),
-    "a bound on the acceleration of another dimension": lambda: decide(
-        limits=Limits(2, 1, acceleration_bounds=(HalfSpace((1, 0, 0), 1),))
-    ),
-    "a box of another dimension": lambda: decide(limits=Limits(2, 1, bounds=(Box((1, 1, 1)),))),
-    "a heading of another dimension": lambda: decide(limits=Limits(2, 1, bounds=(HeadingCone(1, (1, 0, 0)),))),
-    "a robot of another dimension": lambda: decide(obstacles=(), robot=Ball(1)),
-    "obstacles of two dimensions": lambda: decide(obstacles=(ROCK, BALLOON)),
-    "a time of decision that is not a number": lambda: navigator().decide(FLAT, [ROCK], GOAL, now=NAN),
-    "a seed below 0": lambda: build("roundabout_crossing", seed=-1),
-    "a road of radius 0": lambda: build("curved_road", {"radius": 0.0}),
-    "a parameter that is not a number": lambda: build("empty", {"distance": NAN}),
-    "no methods to compare": lambda: compare("empty", [], 1),
-}
-
-
-@pytest.mark.parametrize("what", ANYWHERE)
-def test_refused_somewhere(what: str) -> None:
-    with pytest.raises(SlalomError, match=r"expected|found") as caught:
-        ANYWHERE[what]()
-    assert "\n" not in str(caught.value)
 
 
 def test_inputs_are_copied_and_held_read_only() -> None:

@@ -16,7 +16,7 @@ const THUMB = 8;
 /** [pixel] How near the pointer must be to an event. */
 const NEAR = 5;
 /** Outcomes after which the manoeuvre is the same as before. */
-const KEPT = ["", "KEPT", "CONTINUED", "INTERRUPTED", "WAITING"];
+const KEPT = ["", "KEPT", "CONTINUED", "INTERRUPTED"];
 
 /** The events of the selected robot, collisions last: they are drawn over the others. */
 export function eventsOf(model: Model, theme: Theme): Event[] {

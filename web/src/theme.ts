@@ -74,7 +74,6 @@ export const OUTCOMES: Record<string, { colour: string; label: string }> = {
   CONSTRAINED: { colour: "#e69f00", label: "avoiding" },
   CONTINUED: { colour: "#cc79a7", label: "continued" },
   INTERRUPTED: { colour: "#cc79a7", label: "continued" },
-  WAITING: { colour: "#cc79a7", label: "continued" },
   BEGUN: { colour: "#cc79a7", label: "continued" },
   SQUEEZED: { colour: "#d55e00", label: "fallback" },
   LIKELY: { colour: "#d55e00", label: "fallback" },

@@ -296,7 +296,6 @@ class Outcome(Enum):
     KEPT = "The committed manoeuvre is safe and no alternative improves the arrival time enough to change it."
     CONTINUED = "No new safe manoeuvre exists; the committed one continues and is safe."
     INTERRUPTED = "The budget ended the search; the committed manoeuvre continues and is safe."
-    WAITING = "Waiting for messages before changing the manoeuvre; the committed one continues and is safe."
     BEGUN = "No sequence to the goal is known yet; a safe partial sequence that ends at rest was started."
     SQUEEZED = "No manoeuvre keeps the margin; one with a clearance above 0 was chosen."
     LIKELY = "All likely futures of the obstacles are avoided; less likely ones were given up, see the probability."
@@ -316,7 +315,7 @@ class Outcome(Enum):
 
 SAFE = (
     *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED),
-    *(Outcome.INTERRUPTED, Outcome.WAITING, Outcome.BEGUN, Outcome.SQUEEZED),
+    *(Outcome.INTERRUPTED, Outcome.BEGUN, Outcome.SQUEEZED),
 )
 
 

@@ -531,7 +531,7 @@ class Fleet:
         left, targets, tolerances = self.destinations.distances(self.table)
         left[~there | (each["objective"] != ARRIVE)] = np.nan
         stalled = self._approaches.stalled(left, targets, tolerances, self._fastest, now)
-        found = tuple(outcomes.get(k, Outcome.WAITING) if here else None for k, here in enumerate(there.tolist()))
+        found = tuple(outcomes[k] if here else None for k, here in enumerate(there.tolist()))
         return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.navigator.stuck_after)
 
     def manoeuvres(self, robots: Sequence[int] | None = None) -> tuple[Obstacle, ...]:

@@ -46,7 +46,7 @@ from slalom.sim.scenario import Scenario
 # The log of a run.
 
 
-OLD: Final = ("", "KEPT", "CONTINUED", "INTERRUPTED", "WAITING")
+OLD: Final = ("", "KEPT", "CONTINUED", "INTERRUPTED")
 """Outcomes of decisions after which the manoeuvre is the same as before."""
 
 
