@@ -15,7 +15,7 @@ export PIP_NO_COMPILE := 1
 # The bytecode of tests, with their rewritten assertions, is kept for later runs.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo docs tables test test-adapters test-all test-paper kernels golden chromium ci lint bench release-check clean
+.PHONY: demo docs tables test test-adapters test-all test-paper nightly kernels golden chromium ci lint bench release-check clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -60,6 +60,10 @@ test: .venv/run.stamp
 
 test-all: lint kernels
 	$(PYTEST) --draws all
+
+# One hour of decisions in each chain of the tests of contact.
+nightly: kernels
+	SLALOM_STEPS=36000 $(PYTEST) --draws all tests/decision/test_kept_clearance.py
 
 # Adapters whose packages are extras that dev leaves out.
 test-adapters: kernels
