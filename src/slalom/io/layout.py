@@ -151,6 +151,12 @@ class _Reading:
         """Return the unit of lengths in a column that the file states, "" if it states none."""
         return self.sheet.units.get(name) or self.sheet.comment_unit
 
+    @property
+    def assumes(self) -> bool:
+        """Whether m is assumed for positions."""
+        assumed = self.unit is None and self.layout.unit == 1.0 and "latitude" not in self.columns
+        return assumed and not all(self.stated(self.name(axis)) for axis in "xy")
+
     def _scale(self, name: str) -> float:
         path, stated = self.sheet.path, self.stated(name)
         if stated in LENGTHS and self.unit in (None, LENGTHS[stated]):
@@ -243,9 +249,7 @@ def read_layout(
     kinds = [layout.kinds.get(text.removesuffix(".0"), text) for text in texts]
     times -= zero or 0.0
     rows = table.rows_of((labels, agents), times, positions, extents=extents, kinds=kinds, notes=notes, keep=keep)
-    assumed = not geographic and metres is None and layout.unit == 1.0
-    rows = replace(rows, assumed=assumed and not all(reading.stated(reading.name(axis)) for axis in axes))
-    return _with_ends(rows, reading, keep) if "t_end" in found else rows
+    return replace(_with_ends(rows, reading, keep) if "t_end" in found else rows, assumed=reading.assumes)
 
 
 def _long(sheet: Sheet) -> Sheet:
