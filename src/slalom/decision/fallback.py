@@ -117,6 +117,11 @@ def is_moving(obstacle: Obstacle, now: float) -> bool:
     return bool(np.linalg.norm(obstacle.trajectory.velocity(now)) > REST)
 
 
+def stands(obstacle: Obstacle, now: float) -> bool:
+    """Whether an obstacle exists at `now` [s] and does not move then."""
+    return obstacle.exists(now) and not is_moving(obstacle, now)
+
+
 def leave(s: Situation, period: float, velocity: Array, blocked: ControlObstacle) -> Decision:
     """Decision of a robot that overlaps obstacles and cannot avoid others within this period: towards `velocity`."""
     preferred = s.response.velocity(s.state, period).inverse(velocity)
@@ -138,7 +143,7 @@ def nearest(preferred: Array, s: Situation, blocked: ControlObstacle) -> Array:
 
     If none is: with no obstacle counted; if none is, the limits' compromise.
     """
-    passed = [each.uncertainty is not None or is_moving(each, s.now) for each in blocked.obstacles.obstacles]
+    passed = [each.uncertainty is not None or not stands(each, s.now) for each in blocked.obstacles.obstacles]
     at_rest = blocked.obstacles.without(np.array(passed, np.bool_)).without(blocked.overlapping)
     for obstacles in (at_rest, ObstacleWindow((), s.now, s.horizon)):
         choice = select(preferred, s.admissible, replace(blocked, obstacles=obstacles))

@@ -13,7 +13,7 @@ from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, flag, h
 from slalom.base.errors import InvalidInput
 from slalom.decision import Decision, Outcome
 from slalom.decision.document import KINDS
-from slalom.decision.fallback import DEEPER_BY, is_moving
+from slalom.decision.fallback import DEEPER_BY, is_moving, stands
 from slalom.decision.methods import Method
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import Objective
@@ -558,8 +558,8 @@ class VehicleNavigator(SharedSettings):
             if found == np.inf:
                 return found, proposal
             judged.append((found, proposal._replace(outcome=Outcome.DELAYED)))
-        moving = [k for k, one in enumerate(moment.window.obstacles) if is_moving(one, moment.now)]
-        still = np.where(np.isin(moment.bodies.owner, moving), -np.inf, keep)
+        stand = [k for k, one in enumerate(moment.window.obstacles) if stands(one, moment.now)]
+        still = np.where(np.isin(moment.bodies.owner, stand), keep, -np.inf)
         passive = moment.at_rest(False)
         some = [one for one in judged if self._contact(passive, one[1].motions, still) == np.inf]
         stop = self._braking(moment)
