@@ -11,7 +11,7 @@ from slalom.base.checks import Array, array_of, each_number, not_negative, vecto
 from slalom.base.errors import Extra, InvalidInput
 from slalom.decision.settings import Settings
 from slalom.obstacle import Obstacle
-from slalom.obstacle.pieces import outline_parts
+from slalom.obstacle.pieces import hull_corners, outline_parts
 from slalom.obstacle.table import ObstacleTable
 
 DOOR_WIDTH: Final = 8.0
@@ -31,6 +31,13 @@ CONTACT: Final = 1e-6
 """[m] Depth in the walls grown by an agent below which a line only touches them.
 
 Larger: paths cut corners by that. Smaller: rounding closes paths along walls.
+"""
+
+
+CHORD: Final = 0.01
+"""[1] Most by which corners of grown walls stand out of their arcs, in radii of the agent with its margin.
+
+Larger: paths around round walls are longer, and gaps as narrow as the agent are closed. Smaller: more corners.
 """
 
 
@@ -59,15 +66,17 @@ def routes(
     """The points (m, 2) [m] of a path around obstacles at rest for each of n agents in the plane, for a `PathGoal`.
 
     It is the shortest path that keeps the radius of the largest agent and the margin from obstacles, or its own radius
-    where that path does not exist. It crosses each door in the middle of its right half: agents of both directions pass
-    each other there. Source: de Berg et al., Computational Geometry, 2008, ch. 15 (visibility graphs).
+    where that path does not exist. Around corners and round walls it is wider by at most CHORD. From a start or to a
+    goal nearer to a wall it is the shortest line that leaves the wall. It crosses each door in the middle of its right
+    half: agents of both directions pass each other there. Source: de Berg et al., Computational Geometry, 2008, ch. 15
+    (visibility graphs).
 
     Args:
         starts, goals: (n, 2) [m]. radii: (n,) or one number [m], above 0. margin: [m].
 
     Raises:
-        InvalidInput: arrays of other shapes, a goal at its start or without a path. MissingExtra: SciPy is not
-            installed.
+        InvalidInput: arrays of other shapes, a goal at its start or without a path, a start or goal in a wall or on
+            it. MissingExtra: SciPy is not installed.
     """
     begin = vectors(starts, "starts", 2)
     end = array_of(goals, "goals", begin.shape)
@@ -78,13 +87,17 @@ def routes(
     if same.size:
         raise InvalidInput(f"goals[{same[0]}]: expected a place apart from the start, found {end[same[0]]}")
     walls, most = _walls(obstacles), float(sizes.max(initial=0.0))
+    areas = shapely.union_all(shapely.buffer(walls.shapes, walls.radii))
+    solid = shapely.union_all([*walls.shapes, areas])
+    for name, places in (("starts", begin), ("goals", end)):
+        _refuse_inside(name, places, walls, areas)
     doors = _doors(walls, DOOR_WIDTH * most)
     found: list[Array | None] = [None] * len(begin)
     for radius in np.unique(sizes)[::-1].tolist():
         rows = [k for k, path in enumerate(found) if path is None and (radius == most or sizes[k] == radius)]
         if not rows:
             continue
-        for k, path in zip(rows, _shortest_paths(begin[rows], end[rows], _grown(walls, radius + margin))):
+        for k, path in zip(rows, _shortest_paths(begin[rows], end[rows], _grown(walls, radius + margin), solid)):
             if path is not None:
                 found[k] = _kept_right(path, doors, walls, float(sizes[k]) + margin, DOOR_DEPTH * most)
     lost = [k for k, path in enumerate(found) if path is None]
@@ -102,34 +115,69 @@ def _walls(obstacles: Sequence[Obstacle] | ObstacleTable) -> Walls:
 
 
 def _grown(walls: Walls, by: float) -> shapely.Geometry:
-    """The union of walls grown by a length [m], with few corners: those of lines and areas stay sharp."""
-    sharp = {"cap_style": "square", "join_style": "mitre", "mitre_limit": 2.0}
-    return shapely.union_all(shapely.buffer(walls.shapes, walls.radii + by, **sharp))
+    """The union of walls grown by a length [m]: polygons around the exact areas, by at most CHORD of that length."""
+    each = zip(walls.shapes, walls.radii)
+    return shapely.union_all([shapely.Polygon(_rounded(shape, radius + by, CHORD * by)) for shape, radius in each])
 
 
-def _shortest_paths(begin: Array, end: Array, blocked: shapely.Geometry) -> list[Array | None]:
+def _rounded(shape: shapely.Geometry, radius: float, most: float) -> Array:
+    """Corners (m, 2) [m] of a polygon around a convex shape rounded by a radius [m], at most `most` [m] outside of it.
+
+    All its sides touch the rounded shape.
+    """
+    hull = hull_corners(shapely.get_coordinates(shape))
+    before = hull - np.roll(hull, 1, axis=0)
+    after = np.roll(before, -1, axis=0)
+    first, along = np.arctan2(-before[:, 0], before[:, 1]), np.einsum("ij,ij->i", before, after)
+    turn = np.arctan2(np.maximum(_cross(before, after), 0.0), along) if len(hull) > 1 else np.array([2.0 * np.pi])
+    # Tangents of an arc that are the angle 2 h apart meet at radius / cos(h) from its centre.
+    count = np.ceil(turn / (2.0 * np.arccos(radius / (radius + most)))).astype(np.int64)
+    half, number = np.repeat(0.5 * turn / np.maximum(count, 1), count), np.concatenate([np.arange(n) for n in count])
+    angle = np.repeat(first, count) + (2 * number + 1) * half
+    arm = radius / np.cos(half)
+    away: Array = np.stack([arm * np.cos(angle), arm * np.sin(angle)], axis=1)
+    return away + np.repeat(hull, count, axis=0)
+
+
+def _refuse_inside(name: str, places: Array, walls: Walls, areas: shapely.Geometry) -> None:
+    """Raise InvalidInput for the first of the places (n, 2) [m] that is in a wall or on it; `areas`: those of all."""
+    for k, place in enumerate(places):
+        point = shapely.Point(place)
+        if _away(walls, point) <= CONTACT:
+            depth = shapely.distance(shapely.boundary(areas), point) if shapely.contains(areas, point) else 0.0
+            raise InvalidInput(
+                f"{name}[{k}]: expected a place outside of obstacles, found {place}, {depth:g} m inside one"
+            )
+
+
+def _cross(one: Array, other: Array) -> Array:
+    """Cross products (...) of vectors (..., 2) in the plane."""
+    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
+
+
+def _shortest_paths(begin: Array, end: Array, blocked: shapely.Geometry, solid: shapely.Geometry) -> list[Array | None]:
     """The shortest path (m, 2) [m] from each start to its goal outside a blocked area; None where none leads there.
 
-    A visibility graph: the corners of the area, starts and goals, and all straight lines between them outside of it. A
-    start or goal inside the area, near a wall, is joined by the shortest line that leaves the area.
+    A visibility graph: the corners of the area, starts and goals, and the straight lines between them outside of it
+    that shortest paths may have. A start or goal inside the area, near a wall, is joined by the shortest line that
+    leaves the area; none leads there if that line meets the `solid` walls.
     """
     with Extra("tracks", "routes"):
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import dijkstra
     n, inside = len(begin), shapely.buffer(blocked, -CONTACT)
     shapely.prepare(inside)
-    places = _outside(np.concatenate([begin, end]), blocked)
+    places, joined = _outside(np.concatenate([begin, end]), blocked, solid)
     corners = _convex_corners(blocked)
-    nodes = np.concatenate([corners, places])
+    nodes = np.concatenate([corners[:, 1], places])
     m = len(corners)
-    # Every pair of corners, every corner with every place, and every start with its goal.
-    pairs = np.concatenate(
-        [
-            np.stack(np.triu_indices(m, 1), axis=1),
-            np.stack(np.meshgrid(np.arange(m), m + np.arange(2 * n)), axis=-1).reshape(-1, 2),
-            m + np.stack([np.arange(n), n + np.arange(n)], axis=1),
-        ]
-    )
+    # Pairs of corners, of corners and places, and each start with its goal.
+    pairs = np.array([(m + k, m + n + k) for k in range(n)], dtype=np.int64).reshape(-1, 2)
+    for k in range(m):
+        to = np.arange(k + 1, len(nodes))
+        seen = _bends(corners[k], nodes[to])
+        seen[: m - k - 1] &= _bends(corners[k + 1 :], corners[k, 1])
+        pairs = np.concatenate([pairs, np.stack([np.full(seen.sum(), k), to[seen]], axis=1)])
     free = pairs[~shapely.intersects(inside, shapely.linestrings(nodes[pairs]))] if len(pairs) else pairs
     lengths = np.linalg.norm(nodes[free[:, 0]] - nodes[free[:, 1]], axis=1)
     # A length of 0 would be no edge.
@@ -138,7 +186,7 @@ def _shortest_paths(begin: Array, end: Array, blocked: shapely.Geometry) -> list
     found: list[Array | None] = []
     for k in range(n):
         at = m + k
-        if not np.isfinite(away[k, at]):
+        if not (np.isfinite(away[k, at]) and joined[k] and joined[n + k]):
             found.append(None)
             continue
         way = [begin[k], nodes[at]]
@@ -149,26 +197,38 @@ def _shortest_paths(begin: Array, end: Array, blocked: shapely.Geometry) -> list
     return found
 
 
-def _outside(points: Array, blocked: shapely.Geometry) -> Array:
-    """The nearest points (n, 2) [m] outside a blocked area."""
-    found = points.copy()
-    geometries = shapely.points(points)
+def _bends(corners: Array, to: Array) -> npt.NDArray[np.bool_]:
+    """Whether a shortest path may turn at corners (..., 3, 2) [m] from or to places (..., 2) [m].
+
+    It may if the points before and after the corner lie on one side of the line.
+    """
+    at = corners[..., 1, :]
+    way = to - at
+    sides = [_cross(way, corners[..., k, :] - at) for k in (0, 2)]
+    most = CONTACT * np.linalg.norm(way, axis=-1)
+    return np.asarray((np.minimum(*sides) >= -most) | (np.maximum(*sides) <= most))
+
+
+def _outside(points: Array, blocked: shapely.Geometry, solid: shapely.Geometry) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """The nearest points (n, 2) [m] outside a blocked area, and whether a line leads there that meets no `solid`."""
+    found, geometries = points.copy(), shapely.points(points)
     within = shapely.contains_properly(blocked, geometries)
-    if within.any():
-        nearest = shapely.shortest_line(geometries[within], shapely.boundary(blocked))
-        found[within] = shapely.get_coordinates(nearest).reshape(-1, 2, 2)[:, 1]
-    return found
+    lines = shapely.shortest_line(geometries[within], shapely.boundary(blocked))
+    found[within] = shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 1]
+    joined = ~within
+    joined[within] = ~shapely.intersects(solid, lines)
+    return found, joined
 
 
 def _convex_corners(area: shapely.Geometry) -> Array:
-    """The corners (m, 2) [m] of an area around which shortest paths bend."""
-    found = [np.empty((0, 2))]
+    """The corners of an area around which shortest paths bend, each between its neighbours: (m, 3, 2) [m]."""
+    found = [np.empty((0, 3, 2))]
     for part in shapely.get_parts(shapely.normalize(area)):
         for ring in shapely.get_rings(part):
             points = shapely.get_coordinates(ring)[:-1]
-            before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+            each = np.stack([np.roll(points, 1, axis=0), points, np.roll(points, -1, axis=0)], axis=1)
             # Rings of normalised areas are clockwise outside and counter-clockwise around holes.
-            found.append(points[before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] < 0.0])
+            found.append(each[_cross(each[:, 1] - each[:, 0], each[:, 2] - each[:, 1]) < 0.0])
     return np.concatenate(found)
 
 
@@ -193,11 +253,13 @@ def _doors(walls: Walls, widest: float) -> list[Door]:
 def _kept_right(path: Array, doors: Sequence[Door], walls: Walls, size: float, depth: float) -> Array:
     """The path (m, 2) [m] with a lane of `depth` [m] on either side of each door, in the middle of its right half.
 
-    It keeps `size` [m] from the ends of the door where it is wide enough. Corners beside the door are left out.
+    It keeps `size` [m] from the ends of the door where it is wide enough. Corners beside the door are left out. So is a
+    lane by which the path comes nearer to walls than `size`.
     """
-    line = shapely.LineString(path)
+    line, found = shapely.LineString(path), path
     at = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     points, kept = list[tuple[float, Array]](), np.ones(len(path), np.bool_)
+    clear = min(size, _away(walls, line)) - CONTACT
     for door in doors:
         crossing = shapely.intersection(line, shapely.LineString(door.ends))
         if shapely.is_empty(crossing):
@@ -208,17 +270,20 @@ def _kept_right(path: Array, doors: Sequence[Door], walls: Walls, size: float, d
         forward *= 1.0 if forward @ (path[k] - path[k - 1]) > 0.0 else -1.0
         half = 0.5 * float(np.linalg.norm(door.ends[1] - door.ends[0]))
         right = np.array([forward[1], -forward[0]]) * max(0.0, min(0.5 * half, half - size))
-        middle = 0.5 * door.ends.sum(axis=0) + right
-        points += [(along + by, middle + by * forward) for by in (-depth, depth)]
-        kept[1:-1] &= np.abs(at[1:-1] - along) > depth
-    inner = [(along, point) for along, point in points if 0.0 < along < at[-1] and _away(walls, point) >= size]
-    every = sorted([*zip(at[kept].tolist(), path[kept]), *inner], key=lambda each: each[0])
-    return _without_repetitions(np.array([point for _, point in every]))
+        lane = [(along + by, 0.5 * door.ends.sum(axis=0) + right + by * forward) for by in (-depth, depth)]
+        inner = [(s, point) for s, point in lane if 0.0 < s < at[-1] and _away(walls, shapely.Point(point)) >= size]
+        left = kept & (np.abs(at - along) > depth)
+        left[[0, -1]] = True
+        every = sorted([*zip(at[left].tolist(), path[left]), *points, *inner], key=lambda each: each[0])
+        tried = _without_repetitions(np.array([point for _, point in every]))
+        if _away(walls, shapely.LineString(tried)) >= clear:
+            found, kept, points = tried, left, [*points, *inner]
+    return found
 
 
-def _away(walls: Walls, point: Array) -> float:
-    """The distance [m] of a point (2,) [m] from the nearest wall."""
-    return float(np.min(shapely.distance(walls.shapes, shapely.Point(point)) - walls.radii, initial=np.inf))
+def _away(walls: Walls, geometry: shapely.Geometry) -> float:
+    """The distance [m] of a point or line from the nearest wall."""
+    return float(np.min(shapely.distance(walls.shapes, geometry) - walls.radii, initial=np.inf))
 
 
 def _without_repetitions(path: Array) -> Array:
