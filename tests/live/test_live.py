@@ -18,7 +18,7 @@ from slalom.live.recorded import as_recorded, export, messages
 from slalom.live.seen import decided_again
 from slalom.live.session import Session, dragged, drawn, from_step, led, with_setting, without
 from slalom.model.trajectory import Circular
-from slalom.model.trajectory.displaced import moved
+from slalom.obstacle.displaced import moved
 from slalom.sim import Recording, gallery, read_scenario, simulate
 from slalom.sim.files.recorded_traffic import read_recorded
 from slalom.sim.files.scenario_writer import scenario_text, write_scenario

@@ -28,8 +28,8 @@ from slalom.model.trajectory import (
     Stationary,
     Trajectory,
 )
-from slalom.model.trajectory.displaced import moved
 from slalom.obstacle import Obstacle
+from slalom.obstacle.displaced import moved
 from slalom.sim import gallery
 from slalom.sim.files.scenario_writer import scenario_text
 from slalom.sim.files.scenario_yaml import read_scenario

@@ -29,7 +29,7 @@ from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
 from slalom.model.state import State
-from slalom.model.trajectory.displaced import moved
+from slalom.obstacle.displaced import moved
 
 GOAL_HEADING_BLEND: Final = 0.25
 """[1] Distance from its goal, in tolerances of the goal, at which a vehicle keeps its heading rather than turns to it.
