@@ -157,6 +157,9 @@ OF_WALL_UNITS: dict[str, Callable[[Path], object]] = {
     r"goals\[0\]: expected a place apart from the start, found \[0\. 0\.\]": lambda _: routes(
         [(0, 0)], [(0, 0)], 0.3, ()
     ),
+    r"starts\[0\]: expected a place outside of obstacles, found \[3\. 0\.\], 0 m inside one": lambda _: routes(
+        [(3, 0)], [(0, 0)], 0.4, [Obstacle(Polyline([(3, -4), (3, 4)]), Stationary((0, 0)))]
+    ),
     r"goals\[0\]: expected a place that a path leads to, found \[3\. 0\.\] without one": lambda _: routes(
         [(0, 0)], [(3, 0)], 0.3, [RING]
     ),
