@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 from parts import TRAJECTORIES
 
-from slalom import AccelerateThenCoast, Arrive, ConstantVelocity, Fleet, Goal, Limits, PathGoal, Stationary, method
-from slalom.decision.objective import Situation
+from slalom import Fleet, Goal, Limits, PathGoal, Stationary, method
 from slalom.model.shape import Disc
 from slalom.model.state import State
 from slalom.model.trajectory import Sampled
@@ -158,34 +157,3 @@ def test_no_arrival_is_sooner_than_full_acceleration_along_the_line(
         soonest = (np.sqrt(towards**2 + 2.0 * max_acceleration * distance) - towards) / max_acceleration
     goal = Goal(Stationary((0.0, 0.0)), tolerance)
     assert goal.time_to_go(position, v, 0.0, Limits(max_speed, max_acceleration)) >= soonest * (1.0 - 1e-9)
-
-
-@given(
-    direction=st.floats(0.0, 6.3),
-    gap=st.floats(0.5, 12.0),
-    inner=st.floats(0.05, 1.0),
-    outer=st.floats(0.0, 3.0),
-    heading=st.floats(0.0, 6.3),
-    speed=st.floats(0.0, 1.6),
-)
-def test_a_goal_that_contains_another_is_not_reached_later(
-    direction: float, gap: float, inner: float, outer: float, heading: float, speed: float
-) -> None:
-    """Both goals touch one circle about the robot at the same place."""
-    towards, v = (size * np.array([np.cos(x), np.sin(x)]) for x, size in ((direction, 1.0), (heading, speed)))
-    goals = [Goal(Stationary((gap + r) * towards), r) for r in (inner, inner + outer)]
-    narrow, wide = (goal.time_to_go(np.zeros(2), v, 0.0, Limits(1.6, 1.5)) for goal in goals)
-    assert wide <= narrow * (1.0 + 1e-3)
-
-
-@pytest.mark.parametrize("tolerance", [0.1, 0.5, 2.0])
-@pytest.mark.parametrize("until", [0.1, 0.5, 2.0, 5.0])
-def test_a_motion_arrives_at_one_time_whenever_it_is_judged(tolerance: float, until: float) -> None:
-    """A motion straight to the goal at the largest speed gets within the tolerance at a time that is known."""
-    state, limits = State((0.0, 0.0), (1.6, 0.0)), Limits(1.6, 1.5)
-    goal = Goal(Stationary((6.0, 0.0)), tolerance)
-    response = AccelerateThenCoast(0.2)
-    admissible = limits.admissible(response, state, 6.0)
-    situation = Situation(response, state, goal, limits, admissible, 0.0, 6.0, 0.1, 0.2)
-    motion = ConstantVelocity(state.position, state.velocity)
-    assert Arrive().cost(motion, situation, until) == pytest.approx((6.0 - tolerance) / 1.6, rel=1e-6)

@@ -192,10 +192,9 @@ class Goal:
     def time_to_go(self, position: Array, velocity: Array, now: float, limits: Limits, shortest: float = 0.0) -> float:
         """Estimated time [s] that a robot in this state needs to the goal without obstacles.
 
-        To pass a goal at rest: the earliest arrival within its tolerance under one constant acceleration followed by
-        coasting, to one of five places (`kernels/decision/targets.py`). A moving goal is evaluated where it is
-        intercepted. With `stop`: exact on a line, with the deceleration of `desired_velocity`; 0 for a robot at rest
-        within the tolerance.
+        To pass a goal at rest: the earliest arrival under one constant acceleration followed by coasting, exact
+        (`kernels/decision/targets.py`). A moving goal is evaluated where it is intercepted. With `stop`: exact on a
+        line, with the deceleration of `desired_velocity`; 0 for a robot at rest within the tolerance.
 
         Args:
             shortest: [s] the least time for which the robot holds an acceleration. To stop takes at least twice this
@@ -212,7 +211,7 @@ class Goal:
             return max(float(kernels.time_to_rest(away, relative, most, braking, top)), 2.0 * shortest)
         for _ in range(1 if isinstance(self.trajectory, Stationary) else 4):
             displacement = self.position(now + duration) - position
-            duration = kernels.earliest_arrival(displacement, velocity, most, top, self.tolerance)
+            duration = kernels.earliest_arrival(displacement, velocity, most, top, 0.5 * self.tolerance)
         return float(duration)
 
 

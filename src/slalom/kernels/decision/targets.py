@@ -28,6 +28,33 @@ ARRIVAL_TIMES = np.multiply.accumulate(np.concatenate([[ARRIVAL_FIRST], np.full(
 """[s] Times up to 1e6 between which the earliest one is sought."""
 
 
+@kernel
+def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: float, tolerance: float, t: float) -> float:
+    """Excess [m^2/s^2] of the squared final speed over the limit, for an arrival within `tolerance` at time t [s].
+
+    The point accelerates fully in one direction, then coasts, to within `tolerance` [m] of the displacement `away` (d,)
+    [m], with velocity v (d,) [m/s]. Infinite if no such acceleration arrives; not positive if it arrives. For a given
+    displacement the full acceleration over the shortest time changes the velocity least: if that breaks the speed
+    limit, every other one does.
+    """
+    square = 0.0
+    speed = 0.0
+    final = 0.0
+    for axis in range(len(away)):
+        square += squared(away[axis] - v[axis] * t)
+        speed += v[axis] * v[axis]
+    length = np.sqrt(square)
+    if length <= tolerance:
+        return -1.0
+    need = (length - tolerance) / max_acceleration
+    if 2.0 * need > t * t:
+        return np.inf
+    hold = t - np.sqrt(t * t - 2.0 * need)
+    for axis in range(len(away)):
+        final += squared(v[axis] + (away[axis] - v[axis] * t) / length * max_acceleration * hold)
+    return float(final - max(max_speed * max_speed, speed) * (1.0 + ADMISSIBLE))
+
+
 @inlined
 def products(away: Array, velocity: Array) -> tuple[float, float, float]:
     """The square of a displacement (d,), that of a velocity (d,), and their scalar product."""
@@ -42,49 +69,11 @@ def products(away: Array, velocity: Array) -> tuple[float, float, float]:
 
 
 @kernel
-def speed_excess(away: Array, v: Array, max_acceleration: float, max_speed: float, tolerance: float, t: float) -> float:
-    """Excess [m^2/s^2] of the squared final speed over the limit, for an arrival within `tolerance` at time t [s].
-
-    The point accelerates fully in one direction, then coasts, to within `tolerance` [m] of the displacement `away` (d,)
-    [m], with velocity v (d,) [m/s]. Five places there count: the nearest to where it is without acceleration at time t,
-    which takes the least acceleration, after three, two and one quarters of that time, and now, which takes the least
-    speed. Infinite if it reaches none; not positive if it arrives. For a given displacement the full acceleration over
-    the shortest time changes the velocity least: if that breaks the speed limit, every other one does.
-    """
-    most = max(max_speed * max_speed, products(v, v)[0]) * (1.0 + ADMISSIBLE)
-    least = np.inf
-    for quarter in range(4, -1 if tolerance > 0.0 else 3, -1):
-        near = 0.25 * quarter * t
-        square = 0.0
-        need = 0.0
-        final = 0.0
-        for axis in range(len(away)):
-            square += squared(away[axis] - v[axis] * near)
-        share = tolerance / np.sqrt(square) if square > tolerance * tolerance else 1.0
-        for axis in range(len(away)):
-            need += squared(away[axis] - v[axis] * t - share * (away[axis] - v[axis] * near))
-        need = np.sqrt(need) / max_acceleration
-        if (quarter == 4 and share == 1.0) or need == 0.0:
-            return -1.0
-        if 2.0 * need > t * t:
-            if quarter == 4:
-                return np.inf
-            continue
-        gain = (t - np.sqrt(t * t - 2.0 * need)) / need
-        for axis in range(len(away)):
-            final += squared(v[axis] + (away[axis] - v[axis] * t - share * (away[axis] - v[axis] * near)) * gain)
-        least = min(least, final)
-        if least <= most:
-            break
-    return float(least - most)
-
-
-@kernel
 def earliest_arrival(away: Array, v: Array, max_acceleration: float, max_speed: float, tolerance: float) -> float:
     """Earliest time [s] at which a point gets within `tolerance` [m] of the displacement `away` (d,) [m]; inf if never.
 
-    The point has the velocity v (d,) [m/s] and moves to one of the places of `speed_excess`. It accelerates once by at
-    most `max_acceleration` [m/s^2] and then coasts, at most at `max_speed` [m/s] or at its present speed.
+    The point has the velocity v (d,) [m/s]. It accelerates once by at most `max_acceleration` [m/s^2] and then coasts,
+    at most at `max_speed` [m/s] or at its present speed.
     """
     square, speed, _ = products(away, v)
     distance = np.sqrt(square)
@@ -186,7 +175,7 @@ def time_to_go(
     """
     if stop:
         return time_to_rest(away, velocity, max_acceleration, braking, max_speed)
-    return earliest_arrival(away, velocity, max_acceleration, max_speed, tolerance)
+    return earliest_arrival(away, velocity, max_acceleration, max_speed, 0.5 * tolerance)
 
 
 INTERCEPTION_STEPS: Final = 4
