@@ -24,7 +24,6 @@ from slalom import (
     Limits,
     Navigator,
     Obstacle,
-    Outcome,
     Rectangle,
     State,
     Stationary,
@@ -269,7 +268,7 @@ def test_responses_of_a_robot_that_must_not_stop() -> None:
 def test_robot_acts_early_if_it_shall(early) -> None:
     """A crossing 300 s ahead, a horizon of 200 s: it acts when the horizon shows it, or when it could hardly stop.
 
-    To act is to change the velocity by a third: a smaller change that costs nothing worth a choice may come at any time.
+    To act is to change the velocity by a third: smaller changes that cost little may come at any time.
     """
     limits = Limits(6.0, 0.08)
     ship = Obstacle(Disc(400.0), ConstantVelocity((1800.0, 1800.0), (-6.0, 0.0)))
