@@ -25,7 +25,7 @@ from slalom import (
     select,
     select_many,
 )
-from slalom.base.tolerances import CERTIFIED, CLEARANCE
+from slalom.base.tolerances import CERTIFIED, CLEARANCE, INTERPOLATION, OVERLAP
 
 LAG, HORIZON = 0.8, 4.0
 
@@ -103,10 +103,10 @@ def touching(gap: float, now: float, table: bool, side: float) -> ControlObstacl
 @pytest.mark.parametrize("table", [False, True], ids=["list", "table"])
 @pytest.mark.parametrize("side", [1.0, -1.0], ids=["inside", "outside"])
 def test_contact_with_an_obstacle_on_a_circle_is_no_overlap(table: bool, side: float) -> None:
-    """The pieces of the circle lie up to INTERPOLATION beside it, and a table is cut in the middle of a piece."""
+    """Up to OVERLAP deep. The pieces lie up to INTERPOLATION beside the circle; a table is cut in the middle of one."""
     for now in np.linspace(0.0, 3.0, 61):
-        assert not touching(-2e-7, float(now), table, side).overlaps
-        deeper = touching(-5e-6, float(now), table, side)
+        assert not touching(2.0 * INTERPOLATION - OVERLAP, float(now), table, side).overlaps
+        deeper = touching(-2.0 * INTERPOLATION - OVERLAP, float(now), table, side)
         assert deeper.overlaps
         assert deeper.overlapping.tolist() == [0]
 

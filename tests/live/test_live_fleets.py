@@ -86,9 +86,9 @@ def test_robots_that_are_left_out_can_be_met_by_no_admissible_control(ring: Reco
 def test_a_contact_that_the_others_help_to_avoid_is_said_to_be_so() -> None:
     session = Session(gallery.build("circle", {"robots": 20, "radius": 14.0}), method("nao"))
     session.opening()
-    session.more(110)
+    session.more(70)
     told = []
-    for k in range(70, 110, 8):
+    for k in range(34, 66, 8):
         for session.robot in range(0, 20, 3):
             seen = session._seen(k)
             assert seen is not None
@@ -97,7 +97,7 @@ def test_a_contact_that_the_others_help_to_avoid_is_said_to_be_so() -> None:
                 (words,) = (words for words in why.sentences if "would hit robot" in words)
                 told.append(seen.others[why.first].share < 1.0)
                 assert ("takes its share" in words) == told[-1]
-    assert any(told)
+    assert set(told) == {True, False}
 
 
 def test_projections_are_free_where_a_control_on_the_line_is() -> None:

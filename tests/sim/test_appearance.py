@@ -94,8 +94,8 @@ def test_a_run_in_which_all_appear_at_the_start_is_one_without_times(name: str) 
 @pytest.mark.parametrize("name", ["nao", "nao_ahead", "nao_shared"])
 def test_a_robot_alone_does_later_what_it_does_at_the_start(name: str) -> None:
     walls = (Obstacle(Polyline([(2, -1), (2, 1.5)]), Stationary((0, 0)), "wall"),)
-    plain = simulate(scenario(robot("a", (0, 0), (5, 0)), obstacles=walls), name)
-    late = simulate(scenario(robot("a", (0, 0), (5, 0), 2.0), obstacles=walls), name)
+    plain = simulate(scenario(robot("a", (0, 0.1), (5, 0)), obstacles=walls), name)
+    late = simulate(scenario(robot("a", (0, 0.1), (5, 0), 2.0), obstacles=walls), name)
     own = late.only()
     assert late.appeared.tolist() == [2.0]
     assert own.times.tolist() == (plain.times + 2.0).tolist()
@@ -103,7 +103,7 @@ def test_a_robot_alone_does_later_what_it_does_at_the_start(name: str) -> None:
     assert [metrics.time(late), metrics.path_length(late), metrics.extra_time(late)] == pytest.approx(
         [metrics.time(plain), metrics.path_length(plain), metrics.extra_time(plain)]
     )
-    assert metrics.time(simulate(scenario(robot("a", (0, 0), (5, 0), 2.0), obstacles=walls), name, record=False)) == (
+    assert metrics.time(simulate(scenario(robot("a", (0, 0.1), (5, 0), 2.0), obstacles=walls), name, record=False)) == (
         metrics.time(late)
     )
 

@@ -424,7 +424,7 @@ class VehicleNavigator(SharedSettings):
     def _braking(self, moment: Moment) -> Proposal:
         """The motion that brakes to rest as hard as the limits allow, on its curvature."""
         motions = kernels.held(self.vehicle.wheels, moment.pose.motion, 0.0, 0.0, 0, self._periods)
-        return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now))
+        return Proposal(motions, manoeuvre_of(self.vehicle, motions, moment.now), outcome=Outcome.BRAKING)
 
     def _following(self, moment: Moment, plan: Decision) -> Proposal:
         """The motion that follows a plan of the point."""
