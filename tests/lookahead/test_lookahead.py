@@ -42,7 +42,7 @@ from slalom import (
 )
 from slalom.base.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK
 from slalom.lookahead.navigator import FORESEEN, MARGIN_SHARES, motions_of
-from slalom.lookahead.search import GOAL_TOLERANCE_SHARE, PredictedObstacles
+from slalom.lookahead.search import PredictedObstacles
 from slalom.model.uncertainty import Scaled
 from slalom.obstacle.pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
@@ -347,14 +347,10 @@ def beyond_need(robot: LookAhead, state: State, goal: Goal) -> Iterator[str]:
 
 
 def beyond_time(robot: LookAhead, state: State, goal: Goal) -> Iterator[str]:
-    """Whether the first decision leads later into the part of a goal that sequences aim at than is possible.
-
-    But for one period: accelerations take whole ones.
-    """
+    """Whether the first decision to pass a goal leads there later than is possible, but for one period."""
     arrival, period = robot.decide(state, (), goal).arrival, robot.navigator.period
-    part = replace(goal, tolerance=GOAL_TOLERANCE_SHARE * goal.tolerance)
-    soonest = part.time_to_go(state.position, state.velocity, 0.0, robot.navigator.limits)
-    if arrival > soonest + period * (1.0 + 1e-9):
+    soonest = goal.time_to_go(state.position, state.velocity, 0.0, robot.navigator.limits)
+    if arrival > soonest + period:
         yield f"{state.velocity} m/s, to {goal.trajectory.initial_position}: at {arrival} s, not {soonest} s"
     # Whether a robot has arrived is asked at its steps: it should not pass by within one.
     if (
