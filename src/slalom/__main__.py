@@ -1,5 +1,6 @@
 """The command `slalom`, also `python -m slalom`: the command line, if its extra is installed."""
 
+import atexit
 import os
 import signal
 import sys
@@ -15,6 +16,8 @@ def main() -> None:
     """Run the command line and exit; without its packages, name the extra with exit code 2; after Ctrl-C with 130."""
     # Imports and the end of the process have nothing to clean up. Interrupted there, Python prints where it was.
     signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+    # After its own clean-up Python would take this handler away and die by the signal.
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     sys.exit(_code())
 
 

@@ -124,7 +124,14 @@ def test_commands_that_texts_name_exist(named: str) -> None:
 def test_ctrl_c_ends_a_command_silently_from_its_first_moment(entry: str) -> None:
     """During the imports, and in the run."""
     for delay in (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6):
-        words = [sys.executable, "-c", STARTED + entry, "run", "empty", "--set", "duration=2000"]
+        words = [
+            sys.executable,
+            "-c",
+            STARTED + entry,
+            "run",
+            "empty",
+            *("--set", "distance=4000", "--set", "duration=2000"),
+        ]
         with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             process.stdout.readline()
             time.sleep(delay)
@@ -133,3 +140,11 @@ def test_ctrl_c_ends_a_command_silently_from_its_first_moment(entry: str) -> Non
         # A signal before the first line of slalom ends Python by itself.
         assert process.returncode == 130 or (delay == 0.0 and process.returncode in (1, -signal.SIGINT)), (delay, said)
         assert delay == 0.0 or "Traceback" not in said, (delay, said)
+
+
+def test_ctrl_c_while_python_ends_does_not_change_the_exit_code() -> None:
+    """The command is done; an object that is deleted among the last sends the signal."""
+    last = "import os; A = type('A', (), {'__del__': lambda self, k=os.kill, p=os.getpid(): k(p, 2)}); a = A(); "
+    words = [sys.executable, "-c", last + STARTED + ENTRIES[0], "--version"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")

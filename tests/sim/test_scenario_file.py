@@ -283,7 +283,8 @@ def test_all_mistakes_at_once(tmp_path: Path) -> None:
         "obstacles.4.trajectory.times: expected a list, found 3",
         "obstacles.4.trajectory.positions.1: expected at least 2 entries, found 1",
         "obstacles.4.trajectory.interpolation: expected 'linear' or 'smooth', found 'cubic'",
-        "obstacles.5: expected a mapping with the keys shape, radius, name, heading, uncertainty, trajectory; found 7",
+        "obstacles.5: expected a mapping with the keys shape, radius, name, heading, uncertainty, "
+        "after_end, contact_at_rest, owner, trajectory; found 7",
         "recording.file: expected this key, found none",
         "dt: expected a number above 0, found 0",
         "horizon: expected a number above 0, found -1",
@@ -830,7 +831,7 @@ IN_RECORDING = {
     "frame_rate: @10": "frame_rate: expected none with times in the column 't', found 10",
     "columns: @{time: t}": "columns: expected one of t, frame, {}; found 'time'",
     "@framerate: 10": "framerate: expected one of file, format, {}; found 'framerate'; did you mean 'frame_rate'?",
-    "case: @3, format: trajnet": "case: expected a setting that trajnet has (frame_rate), found 'case'",
+    "case: @3, format: trajnet": "case: expected a setting that trajnet has (frame_rate, unit), found 'case'",
     "format: ais, columns: @{when: t}": "columns: expected one of t, frame, {}; found 'when'",
     "format: ais, epoch: @now": "epoch: expected seconds or a time in ISO 8601, found 'now'",
 }

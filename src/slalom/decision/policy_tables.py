@@ -90,6 +90,13 @@ class Request(NamedTuple):
         """The goal, or the next target on the path to it."""
         return self.goal if self.step is None else self.step.goal
 
+    @property
+    def place(self) -> Array:
+        """The position (d,) [m] from which the way to the target counts: of the robot, or of its progress on a path."""
+        if self.step is None or not isinstance(self.goal, PathGoal):
+            return self.state.position
+        return self.goal.point(self.step.progress)
+
 
 def detours_of(request: Request, patience: float) -> tuple[float, ...]:
     """The detours [rad] that a decision considers.
@@ -304,17 +311,14 @@ class PolicyTables:
             InvalidInput: an acceleration to follow with a response that does not set the acceleration at once.
         """
         limits, objective = self.robot.limits, request.robot.objective
-        others = request.others
-        state = request.state
-        goal = request.target
-        now = request.now
+        others, state = request.others, request.state
+        goal, now = request.target, request.now
         (robots, own), target = table, goal.position(now)
         own.position[:] = state.position
         own.velocity[:] = state.velocity
         own.acceleration[:] = state.acceleration
-        number, wanted, objectives = _numbers(objective, self._table, state)
+        number, own.wanted[:], objectives = _numbers(objective, self._table, state)
         own.objective[0] = number
-        own.wanted[:] = wanted
         in_python = None
         if number == IN_PYTHON:
             in_python = self._objective_in_python(table, request)
@@ -365,10 +369,7 @@ class PolicyTables:
             stop_observed(kind, robots, met, settings)
         claims = NO_CLAIMS
         if others is not None and number == ARRIVE and request.previous is not None:
-            here = state.position
-            if request.step is not None and isinstance(request.goal, PathGoal):
-                here = request.goal.point(request.step.progress)
-            claims = presumed_claims(robots, target - here, request.previous.stalled)
+            claims = presumed_claims(robots, target - request.place, request.previous.stalled)
         tables = DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives, claims)
         return tables, in_python
 

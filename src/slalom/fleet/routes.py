@@ -277,7 +277,8 @@ def _kept_right(path: Array, doors: Sequence[Door], walls: Walls, size: float, d
         every = sorted([*zip(at[left].tolist(), path[left]), *points, *inner], key=lambda each: each[0])
         tried = _without_repetitions(np.array([point for _, point in every]))
         if _away(walls, shapely.LineString(tried)) >= clear:
-            found, kept, points = tried, left, [*points, *inner]
+            found, kept = tried, left
+            points += inner
     return found
 
 

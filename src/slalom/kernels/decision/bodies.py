@@ -478,12 +478,10 @@ def add_robots(
     observed = robots.observed
     d = settings.dimension
     now = settings.now
-    position = np.empty(d)
-    velocity = np.empty(d)
+    position, velocity = np.empty(d), np.empty(d)
     place = np.zeros((1, 3))
     overlapping = False
     side = np.zeros(d)
-    turning = len(pieces.turns) > 0
     margin = robot.margin_among
     for k in near:
         other = robots.each[k]
@@ -529,7 +527,7 @@ def add_robots(
                 for c in range(4):
                     for axis in range(d):
                         pieces.points[row, c, axis] += part.offset[axis] + wider * side[axis]
-                    if turning:
+                    if len(pieces.turns) > 0:
                         pieces.turns[row, c, 0] = 1.0
             add_margin(kept, then, margin, settings.regain, s, end, rows, settings)
             s = end

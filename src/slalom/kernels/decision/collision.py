@@ -150,7 +150,8 @@ def free_until(
 def cut_rows(rows: ObstaclePieces, still: Flags, until: float) -> ObstaclePieces:
     """The rows, of which those that are not `still` (n,) count up to `until` [s] only."""
     pieces = rows.pieces
-    times, points, growth, turns = pieces.times.copy(), pieces.points.copy(), pieces.growth.copy(), pieces.turns.copy()
+    times, points = pieces.times.copy(), pieces.points.copy()
+    growth, turns = pieces.growth.copy(), pieces.turns.copy()
     for s in range(len(times)):
         if still[s] or times[s, 1] <= until:
             continue

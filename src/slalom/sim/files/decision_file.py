@@ -1,6 +1,7 @@
 """Reader of files of decisions, and their repetition."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -41,7 +42,8 @@ class DecisionFile(NamedTuple):
 
 def is_decision(path: Path | str) -> bool:
     """Whether a file is that of a decision, by its first characters or by the suffix .json."""
-    if Path(path).suffix == ".json" or not Path(path).is_file():
+    # `Path.is_file` raises an error for a name that no file can have.
+    if Path(path).suffix == ".json" or not os.path.isfile(path):
         return Path(path).suffix == ".json"
     with Path(path).open("rb") as file:
         return b"".join(file.read(64).split()).startswith(b'{"format":"slalomdecision')

@@ -27,7 +27,7 @@ from slalom.sim.measure.hdf5 import in_files
 from slalom.sim.scenario import Robot, Scenario, numbers_of
 
 WRITTEN = (*(each.name for each in fields(SharedSettings)), "name", "robots", "obstacles", "start", "duration", "dt")
-WRITTEN += ("replan", "guided", "early", "sight", "period")
+WRITTEN += ("replan", "guided", "early", "sight")
 """Fields of scenarios in files."""
 ORIGIN = ("parameters", "recorded", "notes")
 """Fields that say where a scenario comes from; no run depends on them, and files do not hold them."""
