@@ -638,6 +638,7 @@ def image(path: str, size: int, mode: str, negate: bool, occupied: float, free: 
     except UnidentifiedImageError:
         raise Refused("another file") from None
     if picture.width * picture.height > MOST_CELLS:
+        picture.close()
         raise Refused(f"{picture.width} x {picture.height} cells, more than {MOST_CELLS}")
     picture.load()
     opaque: Any = True
