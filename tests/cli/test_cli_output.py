@@ -124,7 +124,14 @@ def test_commands_that_texts_name_exist(named: str) -> None:
 def test_ctrl_c_ends_a_command_silently_from_its_first_moment(entry: str) -> None:
     """During the imports, and in the run."""
     for delay in (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6):
-        words = [sys.executable, "-c", STARTED + entry, "run", "empty", *("--set", "distance=4000", "--set", "duration=2000")]
+        words = [
+            sys.executable,
+            "-c",
+            STARTED + entry,
+            "run",
+            "empty",
+            *("--set", "distance=4000", "--set", "duration=2000"),
+        ]
         with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             process.stdout.readline()
             time.sleep(delay)

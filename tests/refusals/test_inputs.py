@@ -103,7 +103,7 @@ from slalom.base.errors import require
 from slalom.cli import console
 from slalom.io import walls_child
 from slalom.io.formats import format_of, read_recording, write_recording
-from slalom.io.hdf5_child import Refused
+from slalom.io.hdf5_child import Refused, read
 from slalom.io.pedestrians import read_cases, rows_of_queries
 from slalom.io.recorded import Agent, RecordedTracks
 from slalom.model.trajectory import Composite, Function, PiecewisePolynomial
@@ -1748,6 +1748,9 @@ OTHERS = [
         for said, (name, content) in REFUSED_WALLS.items()
     ),
     Case(walls_child.Refused, "2 points, more than 1", with_fewer_points),
+    Case(walls_child.Refused, "another file", reading(image_here, "map.png", "a wall")),
+    Case(Refused, "a file of another kind", reading(partial(read, most=9, depth=9), "a.h5", "a wall")),
+    Case(Refused, "No such file", lambda folder: read(folder / "none.h5", 9, 9)),
     *(
         Case(walls_child.Refused, said, partial(read_image, pixels, image_here))
         for said, pixels in REFUSED_IMAGES.items()

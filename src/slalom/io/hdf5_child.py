@@ -118,7 +118,6 @@ def read(path: str, most: int, depth: int) -> tuple[dict[str, Any], list[Any]]:
         with h5py.File(path, "r") as file:
             content = Content(file, most, depth)
     except OSError as error:
-        if "file signature not found" in str(error):
-            raise Refused("a file of another kind") from None
-        raise
+        other = "file signature not found" in str(error)
+        raise Refused("a file of another kind" if other else str(error)) from None
     return content.tree, content.arrays

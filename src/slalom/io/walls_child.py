@@ -633,14 +633,14 @@ def image(path: str, size: int, mode: str, negate: bool, occupied: float, free: 
     Image.init()
     # Another program reads EPS. Cells are counted here.
     Image.MAX_IMAGE_PIXELS = None
-    picture: Any
     try:
-        with Image.open(path, formats=[name for name in Image.ID if name != "EPS"]) as picture:
-            if picture.width * picture.height > MOST_CELLS:
-                raise Refused(f"{picture.width} x {picture.height} cells, more than {MOST_CELLS}")
-            picture.load()
+        picture: Any = Image.open(path, formats=[name for name in Image.ID if name != "EPS"])
     except UnidentifiedImageError:
         raise Refused("another file") from None
+    if picture.width * picture.height > MOST_CELLS:
+        picture.close()
+        raise Refused(f"{picture.width} x {picture.height} cells, more than {MOST_CELLS}")
+    picture.load()
     opaque: Any = True
     if picture.mode.startswith("I"):
         full, count = 65535, 1
