@@ -30,7 +30,6 @@ CAR = Bicycle(
     wheelbase=0.6, max_steering=0.6, max_steering_rate=1.5, max_speed=1.5, max_acceleration=1.0, max_reverse_speed=0.5
 )
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The loops of the documentation, with defaults.
 
 
@@ -157,7 +156,6 @@ def test_decisions_of_each_loop_are_repeated_to_the_bit_and_explained_by_another
         assert sentences, name
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Classes in files: every argument of a constructor is written and read.
 
 
@@ -259,7 +257,6 @@ def test_no_argument_of_an_object_is_left_out() -> None:
                 assert plain[name] != _Writer().plain(each.default, name), name
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Scenario files.
 
 

@@ -362,7 +362,6 @@ class Checked:
         instance.__dict__[self.name] = self.check(value, self.name)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Checks of the fields of dataclasses by their annotations.
 
 

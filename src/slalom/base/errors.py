@@ -87,7 +87,6 @@ def _line(text: str) -> str:
     return shown if shown.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in shown)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Extras.
 
 

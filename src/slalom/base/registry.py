@@ -110,7 +110,6 @@ class Registry(UserDict[str, Part], Generic[Part]):
         self.data[point.name], self.packages[point.name] = part, package
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The kinds and keys under which files hold parts: trajectories, shapes, bounds, responses and others.
 
 
@@ -128,7 +127,6 @@ def file_keys(part: Any) -> dict[str, str]:
     return {name: (one.key if isinstance(one, Checked) else "") or name for name, one in held.items()}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Parts as numbers, texts, lists and mappings, which JSON, YAML and HDF5 hold.
 
 

@@ -40,7 +40,6 @@ from slalom.sim.files.schema import (
 from slalom.sim.measure.hdf5 import unit_of
 from slalom.sim.sweep.study import ScenarioRowSpec, StudySpec
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Meanings and units of the keys of scenario and study files: for `slalom list keys`, and for the reference.
 
 
@@ -205,7 +204,6 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
 """Meaning of each key of files, by model; a test refuses a key without one."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Keys of scenario and study files, from the models that read them: for `slalom list keys`, and for the reference.
 
 

@@ -176,7 +176,6 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
     return DONE
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # `slalom explain`.
 
 

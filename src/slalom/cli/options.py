@@ -260,7 +260,6 @@ def _columns(pairs: list[str]) -> dict[str, str | None]:
     return found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Options of the commands that draw.
 
 

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from slalom.sim import Recording, Scenario
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # `slalom run`.
 
 
@@ -275,7 +274,6 @@ def without_walls(tracks: "RecordedTracks", name: str) -> list[str]:
     return [] if held else [f"{counted(len(tracks.walls), 'wall')} left out: {name} has none"]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # `slalom show` and `slalom export-scenario`.
 
 

@@ -85,7 +85,6 @@ def goal_to_plain(goal: Goal, where: str) -> dict[str, Any]:
     return {"trajectory": to_plain(goal.trajectory, TRAJECTORIES, where), **ends}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Documents of decisions.
 
 
@@ -189,7 +188,6 @@ class _Writer:
         return {"kind": self._names[cls]} | {name: self.plain(one, f"{where}.{name}") for name, one in given.items()}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Objects of documents.
 
 

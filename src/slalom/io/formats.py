@@ -29,7 +29,6 @@ from slalom.io.sheet import LENGTHS, beginning_sheet, parquet
 from slalom.io.table import beginning_of
 from slalom.kernels.arrays import Indices
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Writers of tracks: CSV, JuPedSim database and TrajNet++. Positions keep every bit.
 #
 # CSV also keeps every bit of a time. The other formats hold frame numbers, so every time must be a multiple of 1 /
@@ -194,7 +193,6 @@ def _directions(track: Any) -> Array:
     return np.asarray(velocity[last] / speed[last, None])
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Table of the formats of recorded tracks; reading and writing a file of any format.
 
 

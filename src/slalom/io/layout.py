@@ -391,7 +391,6 @@ def _with_ends(rows: Rows, reading: _Reading, keep: npt.NDArray[np.bool_]) -> Ro
     )
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Latitude, longitude and altitude; times.
 
 
@@ -534,7 +533,6 @@ def _epoch(value: float | str) -> float:
         raise InvalidInput(f"epoch: expected seconds or a time in ISO 8601, found {value!r}") from error
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Projection of latitude, longitude and altitude to metres in a plane or in space.
 
 

@@ -20,7 +20,6 @@ from slalom.io.recorded import BOUNDING_BOX, Mistake, Rows, counted, refuse
 from slalom.io.sheet import comma_table
 from slalom.io.table import MAX_ROWS, Table, file_size, text_of
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Reader of CADRL test cases (mit-acl/gym-collision-avoidance): CSV, one row per robot of a case.
 #
 # Header `case,agent,x,y,goal_x,goal_y,pref_speed,radius`; metres and m/s. Robots are discs that start at rest.
@@ -62,7 +61,6 @@ def read_cases(path: Path | str) -> list[Case]:
     return [Case(int(case[rows[0]]), starts[rows], goals[rows], speeds[rows], radii[rows]) for rows in groups]
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Rows of SQLite databases, read within bounds that a malformed file cannot exceed.
 
 
@@ -122,7 +120,6 @@ def rows_of_queries(path: Path, kind: str, queries: Sequence[str]) -> list[list[
     return found
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Readers of recorded pedestrians in the plane: TrajNet++, splines of UCY, JuPedSim databases, the archive of Jülich.
 
 

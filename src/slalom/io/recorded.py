@@ -278,7 +278,6 @@ def tracks_at(
     return RecordedTracks(agents, tuple(notes) if short else ())
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Conversion of the rows of a file to tracks: repairs are noted, other mistakes are raised together.
 #
 # Repaired: identical rows, rows out of order, gaps (the track is split), tracks with a single row (left out). Refused:

@@ -19,7 +19,6 @@ from slalom.base.tolerances import LARGEST
 from slalom.io.recorded import LINE_LOCATION, Mistake, Rows, refuse
 from slalom.kernels.arrays import Indices
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Input files: regular files of bounded size, whose whole text is read at once.
 
 
@@ -117,7 +116,6 @@ def _read(path: Path, count: int, kind: str, unpacked: int = 0) -> bytes:
         raise InvalidFile([f"{path}: expected a readable {kind}, found {reason(error)}"]) from None
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tables of cells by column name, with the line number of each row.
 
 
@@ -295,7 +293,6 @@ def _label(text: str) -> str:
     return str(int(value)) if value == round(value) and abs(value) <= _EXACT else text
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Files that slalom brings.
 
 

@@ -20,7 +20,6 @@ from slalom.io.recorded import RADII, Rows, counted, kind_of, named, refuse
 from slalom.io.sheet import comma_table
 from slalom.io.table import Table, beginning_of, file_size, text_of
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Reader of drone data sets: highD, inD, rounD, exiD, uniD.
 
 
@@ -107,7 +106,6 @@ def _kinds(path: Path, id_column: str) -> dict[str, str]:
     return {labels[k]: kind for k, kind in zip(index.tolist(), table.texts("class"))}
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Reader of the dynamic obstacles of CommonRoad scenarios, versions 2018b and 2020a, with exact states.
 #
 # Format: Althoff, Koschi and Manzinger, IV 2017, and the documentation of the two versions. Time is a whole number of
@@ -327,7 +325,6 @@ def _tags(state: ET.Element) -> str:
     return ", ".join(f"{part.tag} by {' and '.join(e.tag for e in part) or 'nothing'}" for part in parts) or "neither"
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Readers of the output of SUMO and of the annotations of nuScenes.
 
 

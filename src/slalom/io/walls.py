@@ -137,7 +137,6 @@ def _outlines(path: Path, drawn: Drawn, unit: float) -> tuple[tuple[Obstacle, ..
     return tuple(Obstacle(Polyline(points), rest, f"wall {k}") for k, points in enumerate(long)), corners
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Readers, and the table of formats.
 
 
@@ -209,7 +208,6 @@ WALL_FORMATS: Final[Mapping[str, WallFormat]] = {
 """The formats of walls, by suffix."""
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Maps of nav2.
 
 

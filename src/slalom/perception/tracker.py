@@ -38,7 +38,6 @@ from slalom.obstacle.tracks import Tracks
 from slalom.perception.association import CANDIDATES, GATE, OTHER_ID, assignment, least_sum, nearest_first
 from slalom.perception.conformal import Calibration
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Filters: estimates of an obstacle's motion, with their uncertainty, from measurements that are not exact.
 
 
@@ -183,7 +182,6 @@ class ConstantVelocityFilter:
         return values, covariance
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tracks of moving obstacles from measurements that are late, rare, repeated, missing or wrong.
 
 

@@ -14,7 +14,6 @@ from slalom.kernels.geometry.hulls import distances
 from slalom.kernels.jit import kernel, squared
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The rule of contact, once: when a robot overlaps a body, and how much of a margin it keeps near one.
 #
 # Contact is not overlap. A robot within CONTACT_SLACK of a body, and at most OVERLAP deep in it, touches the body and
@@ -56,7 +55,6 @@ def kept_radius(distance: float, radius: float) -> float:
     return radius
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Tables of one decision, each made in a single pass: pieces within a window, segments, distances now.
 
 
@@ -371,7 +369,6 @@ def share_of_piece(times: Array, s: int) -> float:
     return float(-times[s, 0] / (times[s, 1] - times[s, 0]))
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The rule of speed limits, once: a robot above its maximum speed cannot obey it at once.
 
 

@@ -47,7 +47,6 @@ from slalom.sim.measure.responses import RecordedResponses, ResponseRow
 from slalom.sim.measure.tidy_table import to_pandas
 from slalom.sim.scenario import Scenario
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Log of a run, written by the loop over time: every step of a recorded run, and the final states.
 
 
@@ -100,7 +99,6 @@ class RunLog:
         self.appeared = appeared
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # The HDF5 file of a run, as it is written; `Recording.load` reads it.
 
 
@@ -179,7 +177,6 @@ def _save_parts(run: Any, recording: "Recording") -> None:
         save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Recording of a run: all data for metrics, figures and an exact replay, and its HDF5 file.
 
 
@@ -481,7 +478,6 @@ def _distinct(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(names) if len(set(names)) == len(names) else ()
 
 
-# ---------------------------------------------------------------------------------------------------------------------
 # Summary of a run without a recording.
 
 
