@@ -14,10 +14,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from unittest.mock import patch
 
-ARITHMETIC = {
-    "OPENBLAS_CORETYPE": "Nehalem",
-    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
-}
+ARITHMETIC = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"}
 """Their environment, which both libraries read when they are imported."""
 
 

@@ -297,11 +297,7 @@ def metrics() -> str:
         "number of the robot of a fleet. Clearances are between surfaces and in continuous time, unless they are\n"
         "at the steps `i`. `t_k` is the arrival of robot k; x, v and a are position, velocity and acceleration."
     )
-    return "\n".join(
-        [
-            *("# Metrics", "", text, "", table(["metric", "of", "meaning", "formula"], rows), ""),
-        ]
-    )
+    return "\n".join([*("# Metrics", "", text, "", table(["metric", "of", "meaning", "formula"], rows), "")])
 
 
 def outcomes() -> str:

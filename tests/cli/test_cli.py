@@ -387,10 +387,7 @@ def test_compare_several(say: Say) -> None:
             "seeds": 2,
             "settings": {"duration": 0.5},
             "deterministic": True,
-        } | {
-            "method": row["method"],
-            **alone["methods"][row["method"]],
-        }
+        } | {"method": row["method"], **alone["methods"][row["method"]]}
     text = say("compare", "head_on", "scene.yaml", *tokens).out
     assert re.findall(r"^(.*), deterministic: 1 run$", text, re.M) == [
         "head_on duration=0.5",
@@ -407,11 +404,7 @@ def test_compare_a_study(say: Say) -> None:
         return [tuple(row[key] for key in keys) for row in say("compare", "study.yaml", *tokens, "--json").json["rows"]]
 
     head_on, scene = {"duration": 0.5}, {"duration": 0.3}
-    assert rows() == [
-        ("head_on", "avo", 2, head_on),
-        ("scene.yaml", "vo", 2, scene),
-        ("scene.yaml", "ao", 2, scene),
-    ]
+    assert rows() == [("head_on", "avo", 2, head_on), ("scene.yaml", "vo", 2, scene), ("scene.yaml", "ao", 2, scene)]
     assert rows("--only", "head_on", "--seeds", "1", "--methods", "vo") == [("head_on", "vo", 1, head_on)]
     assert rows("--only", "head_on", "--set", "margin=0.1") == [("head_on", "avo", 2, head_on | {"margin": 0.1})]
 

@@ -207,9 +207,7 @@ def test_how_large_agents_are(tmp_path: Path) -> None:
     assert drone.shape == Ball(RADII["drone"])
 
 
-OF_RECORDINGS_ONLY = [
-    *(item.name for options in (Crossing, Reading) for item in fields(options)),
-]
+OF_RECORDINGS_ONLY = [*(item.name for options in (Crossing, Reading) for item in fields(options))]
 VALUES = {
     "interpolation": "linear",
     "unit": "cm",

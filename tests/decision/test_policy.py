@@ -252,10 +252,7 @@ def regular(corners: int, radius: float) -> Polygon:
     return Polygon(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-DRIVEN = [
-    pytest.param(0, "nao", 2),
-    *(pytest.param(seed, name, 3) for seed in range(20) for name in ("nao", "rvo")),
-]
+DRIVEN = [pytest.param(0, "nao", 2), *(pytest.param(seed, name, 3) for seed in range(20) for name in ("nao", "rvo"))]
 """Seeds, methods and numbers of robots."""
 
 

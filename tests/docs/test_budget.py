@@ -56,13 +56,7 @@ def test_every_figure_has_a_row() -> None:
 
 @pytest.mark.parametrize(
     ("history", "figure", "after"),
-    [
-        ([9], 9, [9]),
-        ([9], 7, [9, 7]),
-        ([9, 7], 5, [9, 5]),
-        ([9, 7], 8, [9, 7]),
-        ([9, 7, 8], 6, [9, 7, 8, 6]),
-    ],
+    [([9], 9, [9]), ([9], 7, [9, 7]), ([9, 7], 5, [9, 5]), ([9, 7], 8, [9, 7]), ([9, 7, 8], 6, [9, 7, 8, 6])],
 )
 def test_falls_are_recorded_and_rises_stay(history: list[int], figure: int, after: list[int]) -> None:
     assert budget.lowered(history, figure) == after

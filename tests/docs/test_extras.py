@@ -125,9 +125,5 @@ def test_errors_of_imports_are_those_of_an_extra() -> None:
         importlib.import_module("slalom.none")
     with pytest.raises(KeyError), Extra("data", "here"):
         raise KeyError
-    with (
-        pytest.raises(slalom.MissingExtra, match=r"^inner:"),
-        Extra("sim", "outer"),
-        Extra("data", "inner"),
-    ):
+    with pytest.raises(slalom.MissingExtra, match=r"^inner:"), Extra("sim", "outer"), Extra("data", "inner"):
         import no_such_module  # noqa: F401

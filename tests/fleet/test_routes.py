@@ -98,10 +98,7 @@ def test_gaps_between_round_walls_are_as_wide_as_they_are(turn: float, gap: floa
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.5, 0.9), (1.0, 0.0), (1.0 - 1e-9, 1.0)])
 def test_starts_and_goals_in_walls_are_refused(place: tuple[float, float]) -> None:
     block, depth = [Obstacle(Rectangle(2.0, 2.0), Stationary((0, 0)))], 1.0 - max(map(abs, place))
-    for name, ends in (
-        ("starts", ([(5, 0), place], [(0, 5), (0, 6)])),
-        ("goals", ([(0, 5), (0, 6)], [(5, 0), place])),
-    ):
+    for name, ends in (("starts", ([(5, 0), place], [(0, 5), (0, 6)])), ("goals", ([(0, 5), (0, 6)], [(5, 0), place]))):
         mistake = rf"{name}\[1\]: expected a place outside of obstacles, found \[.*\], {depth:g} m inside one"
         with pytest.raises(InvalidInput, match=mistake):
             routes(*ends, 0.25, block)

@@ -53,10 +53,7 @@ READ: dict[str, tuple[str | bytes, dict[str, object]]] = {
     ),
     "numbers.csv": (table("", "{t},{a},{x},{y}"), {"columns": {"t": "1", "id": "2", "x": "3", "y": "4"}}),
     "sum.csv": (table("t,id,a,b,w", "{t},{a},{x},{y},0"), {"columns": {"x": "a + 0.5 * w", "y": "-1 * w + b"}}),
-    "units.csv": (
-        table("t [ms],id,x [mm],y/cm", "{t},{a},{x}e3,{y}e2", lambda t: round(1000 * t)),
-        {},
-    ),
+    "units.csv": (table("t [ms],id,x [mm],y/cm", "{t},{a},{x}e3,{y}e2", lambda t: round(1000 * t)), {}),
     "suffixes.csv": (table("time_ms,id,x_m,y_m", "{t},{a},{x},{y}", lambda t: round(1000 * t)), {}),
     "row.csv": (table('"t","id","x","y"\n"s","","m","m"', "{t},{a},{x},{y}"), {}),
     "top.csv": (table("# written by a tracker, in m and s\nt,id,x,y", "{t},{a},{x},{y}"), {}),

@@ -5,14 +5,7 @@ import math
 import numpy as np
 from parts import disc_or_ball
 
-from slalom import (
-    Acceleration,
-    ConstantVelocity,
-    Goal,
-    Limits,
-    Obstacle,
-    Stationary,
-)
+from slalom import Acceleration, ConstantVelocity, Goal, Limits, Obstacle, Stationary
 from slalom.model.shape import round_shape
 from slalom.sim import Recording
 from slalom.sim.measure.responses import RecordedResponses

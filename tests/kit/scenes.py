@@ -123,16 +123,7 @@ def _like_the_example(kind):
     return drawn
 
 
-DRAWN = (
-    _stationary,
-    _constant_velocity,
-    _constant_acceleration,
-    _circular,
-    _linear,
-    _smooth,
-    _brief,
-    _polynomials,
-)
+DRAWN = (_stationary, _constant_velocity, _constant_acceleration, _circular, _linear, _smooth, _brief, _polynomials)
 _COVERED = ("stationary", "constant_velocity", "constant_acceleration", "circular", "sampled", "piecewise_polynomial")
 KINDS = (*DRAWN, *(_like_the_example(kind) for kind in MOTIONS if kind not in _COVERED))
 """Every kind of trajectory that has a formula in `oracle.MOTIONS`."""

@@ -108,10 +108,7 @@ REFUSED_WALLS: dict[str, tuple[str, str]] = {
     "a part that contains itself": ("a.dxf", blocks({"A": insert("A")}, insert("A"))),
     "1.8e[+]09 shapes and points by repeated parts": ("b.dxf", blocks({}, insert("B0", 30_000))),
     "3.22e[+]09 shapes and": ("c.dxf", blocks({f"B{k + 1}": insert(f"B{k}") * 10 for k in range(9)}, insert("B9"))),
-    "parts nested more than 100 times": (
-        "d.dxf",
-        blocks(CHAIN, insert("B200")),
-    ),
+    "parts nested more than 100 times": ("d.dxf", blocks(CHAIN, insert("B200"))),
     "curves of more than 4000000 points": ("e.dxf", dxf().replace("500.0", "5e20")),
     "part that contains itself": ("a.svg", svg('<g id="a"><use href="#a"/></g>')),
     "4.22e[+]09 shapes and": ("b.svg", svg(f'<defs><path id="a0" d="M0 0L1 1"/>{TWICE}</defs><use href="#a9"/>')),

@@ -7,16 +7,7 @@ import numpy as np
 import pytest
 from draws import draws
 from easy_entries import ENDING, ENTRIES, WHEELS, drive_of, driven_on_wheels
-from easy_worlds import (
-    SECONDS_AT_REST,
-    World,
-    assert_rests,
-    log_uniform,
-    passing_time,
-    stopping_time,
-    straight,
-    world,
-)
+from easy_worlds import SECONDS_AT_REST, World, assert_rests, log_uniform, passing_time, stopping_time, straight, world
 from irsim_worlds import robot as robot_of_irsim
 
 

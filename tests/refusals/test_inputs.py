@@ -1271,9 +1271,7 @@ REFUSED: dict[str, Callable[[Path], object]] = {
         partial(read_recording, origin=(91, 0)), "a.csv", "time,mmsi,lat,lon\n0,1,0,0\n"
     ),
     r"tracks: expected agents of the same dimension, found \[2, 3\]": lambda folder: write_recording(
-        folder / "a.csv",
-        RecordedTracks({str(d): Agent(Sampled([0, 1], np.zeros((2, d)))) for d in (2, 3)}),
-        "csv",
+        folder / "a.csv", RecordedTracks({str(d): Agent(Sampled([0, 1], np.zeros((2, d)))) for d in (2, 3)}), "csv"
     ),
     r"tracks: expected at least one agent, found none": lambda folder: write_recording(
         folder / "a.csv", RecordedTracks({}), "csv"

@@ -240,14 +240,7 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     ),
     "Sight": (
         lambda **settings: slalom.Sight(**settings).look(STATE, [ROCK, TRACKS]),
-        {
-            "range": 9.0,
-            "field_of_view": 2.0,
-            "near": 0.5,
-            "occlusion": "all",
-            "hidden_speed": 1.0,
-            "any_motion": True,
-        },
+        {"range": 9.0, "field_of_view": 2.0, "near": 0.5, "occlusion": "all", "hidden_speed": 1.0, "any_motion": True},
     ),
     "Sight.look": (
         slalom.Sight(9.0, hidden_speed=1.0).look,
@@ -269,10 +262,7 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
         lambda **settings: slalom.Reciprocity(**settings).update(STATE, TRACKS),
         {"radius": 0.4, "horizon": 4.0, "response": 0.5, "memory": 5.0, "doubt": 0.1},
     ),
-    "Reciprocity.update": (
-        lambda **given: slalom.Reciprocity(0.4).update(**given),
-        {"state": STATE, "tracks": TRACKS},
-    ),
+    "Reciprocity.update": (lambda **given: slalom.Reciprocity(0.4).update(**given), {"state": STATE, "tracks": TRACKS}),
     "Fleet": (
         stepped,
         {
@@ -467,10 +457,7 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "acceleration_bounds": (),
         },
     ),
-    "Limits.admissible": (
-        LIMITS.admissible,
-        {"response": slalom.Acceleration(), "state": STATE, "horizon": 6.0},
-    ),
+    "Limits.admissible": (LIMITS.admissible, {"response": slalom.Acceleration(), "state": STATE, "horizon": 6.0}),
     "State": (
         lambda **given: ROBOT.decide(State(**given), [ROCK], GOAL),
         {"position": (0.0, 0.0), "velocity": (1.0, 0.0), "acceleration": (0.0, 0.0), "heading": 0.0},
@@ -481,13 +468,7 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
     ),
     "PathGoal": (
         lambda **given: ROBOT.decide(STATE, [ROCK], slalom.PathGoal(**given)),
-        {
-            "points": [(0.0, 0.0), (9.0, 0.0)],
-            "speeds": (1.0, 1.0),
-            "tolerance": 0.5,
-            "stop": True,
-            "lookahead": 1.0,
-        },
+        {"points": [(0.0, 0.0), (9.0, 0.0)], "speeds": (1.0, 1.0), "tolerance": 0.5, "stop": True, "lookahead": 1.0},
     ),
     "method": (slalom.method, {"name": "nao"}),
     "compile": (lambda uses, jobs: slalom.compile(uses, jobs=jobs), {"uses": "figures", "jobs": 1}),
@@ -592,10 +573,7 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "detection_timeout": None,
         },
     ),
-    "Driver.locate": (
-        lambda **given: slalom.Driver(ROBOT).locate(**given),
-        {"t": 0.0, "state": STATE, "error": 0.0},
-    ),
+    "Driver.locate": (lambda **given: slalom.Driver(ROBOT).locate(**given), {"t": 0.0, "state": STATE, "error": 0.0}),
     "Driver.see": (
         lambda **given: slalom.Driver(ROBOT).see(**given),
         {"t": 0.0, "detections": [("person", (1.0, 2.0))]},

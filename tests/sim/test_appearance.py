@@ -354,17 +354,11 @@ flows:
 @pytest.mark.parametrize(
     ("flow", "mistake"),
     [
-        (
-            f"{{origin: west, destination: south, count: 3, {BODY}}}",
-            r"flows\.0\.destination: expected one of the",
-        ),
+        (f"{{origin: west, destination: south, count: 3, {BODY}}}", r"flows\.0\.destination: expected one of the"),
         (f"{{origin: west, destination: east, {BODY}}}", r"rate: expected either this key or count, found neither"),
         (f"{{origin: west, destination: east, count: 1, rate: 1, {BODY}}}", "this key or count, found both"),
         (f"{{origin: west, destination: east, rate: 1, {BODY}}}", r"rate: expected a range of appears in which one"),
-        (
-            f"{{origin: west, destination: east, count: 99, {BODY}}}",
-            r"areas\.west: origin: expected space for 99",
-        ),
+        (f"{{origin: west, destination: east, count: 99, {BODY}}}", r"areas\.west: origin: expected space for 99"),
         (f"{{table: od.csv, {BODY}}}", r"od\.csv:2: count: expected a number from 0, found -1"),
         (f"{{table: people.csv, {BODY}}}", r"flows\.0\.table: expected one of the areas .*, found 'a'"),
         (f"{{origin: west, destination: east, count: 1, appears: 1, {BODY}}}", r"appears: expected at least start = 2"),

@@ -15,17 +15,7 @@ from draws import draws_of
 from parts import BOUNDS, PERIOD, disc_or_ball
 from recorded_runs import every_kind, recorded, same_bits
 
-from slalom import (
-    METHODS,
-    Acceleration,
-    Goal,
-    InvalidFile,
-    Manoeuvre,
-    Obstacle,
-    PathGoal,
-    State,
-    Velocity,
-)
+from slalom import METHODS, Acceleration, Goal, InvalidFile, Manoeuvre, Obstacle, PathGoal, State, Velocity
 from slalom.base.registry import from_plain, to_plain
 from slalom.decision.document import RESPONSE_KINDS
 from slalom.decision.objective import OBJECTIVES

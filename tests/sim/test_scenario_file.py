@@ -420,10 +420,7 @@ def test_robots_with_methods_of_their_own(tmp_path: Path) -> None:
     run = simulate(replace(scenario, duration=3.0), METHODS["nao"])
     assert run.method == "rvo+nao"
     assert {type(row[0]).__name__ for row in run.responses.rows[1:]} == {"Velocity"}
-    assert {type(row[1]).__name__ for row in run.responses.rows[1:]} <= {
-        "AccelerateThenCoast",
-        "AccelerateThenBrake",
-    }
+    assert {type(row[1]).__name__ for row in run.responses.rows[1:]} <= {"AccelerateThenCoast", "AccelerateThenBrake"}
 
 
 def test_mistakes_in_a_list_of_robots(tmp_path: Path) -> None:
@@ -712,10 +709,7 @@ def test_recordings_that_are_not_there_or_do_not_fit(tmp_path: Path) -> None:
     write(tmp_path, "t,id,x,y\n0,1,0,left\n1,1,?,0\n", "bad.csv")
     assert [
         line.split("bad.csv")[1] for line in mistakes(tmp_path, ROBOT + "recording: {file: bad.csv, radius: 1}\n")
-    ] == [
-        ":2: y: expected a number, found 'left'",
-        ":3: x: expected a number, found '?'",
-    ]
+    ] == [":2: y: expected a number, found 'left'", ":3: x: expected a number, found '?'"]
     write(tmp_path, "t,id,x,y,z\n" + "".join(f"{t},{k},9,{9 + k},0\n" for k in range(30) for t in (0, 1)), "space.csv")
     found = mistakes(tmp_path, ROBOT + "recording: {file: space.csv, radius: 1}\n")
     assert all("scenario.yaml:2:12: recording: " in line and "found 2 and 3" in line for line in found)

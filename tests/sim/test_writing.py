@@ -69,8 +69,7 @@ WRITERS: dict[str, Callable[[Recording, Path], object]] = {
     "decision.json": lambda run, path: decision_at(run, SCENARIO, method("nao"), 3).dump(path),
     "stored.json": stored,
     **dict.fromkeys(
-        ("figure.svg", "figure.png", "figure.pdf"),
-        lambda run, path: view.save(replay(run, SCENARIO, "nao"), path),
+        ("figure.svg", "figure.png", "figure.pdf"), lambda run, path: view.save(replay(run, SCENARIO, "nao"), path)
     ),
     **dict.fromkeys(("video.mp4", "video.gif"), video),
     "page.html": export,

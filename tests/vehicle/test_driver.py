@@ -50,11 +50,7 @@ class Robot:
         self.driver = Driver(navigator, walls=table(walls), **options)
         turns = isinstance(navigator, VehicleNavigator)
         self.state: Any = Pose(place, 0.0) if turns else State(place, (0.0, 0.0))
-        self.now, self.lines, self.gap = (
-            0.0,
-            shapely.MultiLineString(list(walls) or [[(99, 99), (99, 98)]]),
-            np.inf,
-        )
+        self.now, self.lines, self.gap = (0.0, shapely.MultiLineString(list(walls) or [[(99, 99), (99, 98)]]), np.inf)
         self.middle = np.array([navigator.center if turns else 0.0, 0.0])
 
     def step(self, known: bool = True) -> slalom.Drive:

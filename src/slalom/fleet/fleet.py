@@ -53,13 +53,7 @@ from slalom.fleet.rounds import at_once, of_one_kind, one_by_one
 from slalom.fleet.settings import Policy, members_of
 from slalom.forecast.linear import piecewise_polynomial
 from slalom.kernels.arrays import Flags, Indices
-from slalom.kernels.decision.tables import (
-    ARRIVE,
-    NO_OBJECTIVES,
-    DecisionSettings,
-    DecisionTables,
-    RobotTable,
-)
+from slalom.kernels.decision.tables import ARRIVE, NO_OBJECTIVES, DecisionSettings, DecisionTables, RobotTable
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre, first_manoeuvre

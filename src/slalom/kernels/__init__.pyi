@@ -21,10 +21,7 @@ from .decision.worlds import decide_worlds as decide_worlds, keep_tables as keep
 from .geometry.boundaries import axes_along as axes_along
 from .geometry.hulls import distances as distances
 from .guidance.priority_inheritance import give_way as give_way
-from .guidance.traffic_circle import (
-    update_targets as update_targets,
-    update_waypoints as update_waypoints,
-)
+from .guidance.traffic_circle import update_targets as update_targets, update_waypoints as update_waypoints
 from .jit import threads as threads
 from .relative_motion.clearance import contact_times as contact_times, least_clearances as least_clearances
 from .relative_motion.window import (

@@ -139,13 +139,7 @@ def label(
 
 
 def control_point(
-    ax: Axes,
-    position: npt.ArrayLike,
-    text: str,
-    *,
-    offset: tuple[float, float],
-    colour: str = ROBOT,
-    size: float = 4.5,
+    ax: Axes, position: npt.ArrayLike, text: str, *, offset: tuple[float, float], colour: str = ROBOT, size: float = 4.5
 ) -> None:
     """Draw a control (2,) of a size [pt] with a label."""
     x, y = np.asarray(position, dtype=float)[:2]

@@ -78,8 +78,7 @@ def oscillation(result: Result) -> list[str]:
         ),
         "Pairs that collided / robots that arrived / last arrival, mean of the runs in which all arrived, s:",
         _by_method(
-            result,
-            lambda r: f"{r['collisions']} / {r['arrived']} of {r['runs'] * r['robots']} / {_time(r['time'])}",
+            result, lambda r: f"{r['collisions']} / {r['arrived']} of {r['runs'] * r['robots']} / {_time(r['time'])}"
         ),
         paragraph(_verdict(result)),
         paragraph(_effect_of_the_obstacle(result)),

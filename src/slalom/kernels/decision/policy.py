@@ -52,12 +52,7 @@ from slalom.kernels.decision.paths import (
     state_on_path,
     unchanged_control,
 )
-from slalom.kernels.decision.response_motion import (
-    WORK_CHOICE,
-    free_control,
-    no_motions,
-    relative_table,
-)
+from slalom.kernels.decision.response_motion import WORK_CHOICE, free_control, no_motions, relative_table
 from slalom.kernels.decision.right_of_way import cost_on_ways, ways_aside
 from slalom.kernels.decision.tables import (
     ARRIVE,

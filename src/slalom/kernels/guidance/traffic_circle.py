@@ -10,13 +10,7 @@ import numpy as np
 from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.arrays import Array, Flags, Indices
 from slalom.kernels.geometry.cubic import copy_into
-from slalom.kernels.guidance.grid import (
-    along_and_across,
-    cell_costs,
-    farthest_in_sight,
-    goal_in_sight,
-    new_path_search,
-)
+from slalom.kernels.guidance.grid import along_and_across, cell_costs, farthest_in_sight, goal_in_sight, new_path_search
 from slalom.kernels.guidance.tables import Grid, GuidanceState, PathSearch, RobotRows
 from slalom.kernels.jit import kernel, squared, vectorized
 

@@ -150,13 +150,7 @@ def bounding_balls(recording: Recording) -> Balls:
 
 
 def _steps_near(
-    recording: Recording,
-    robot: int,
-    others: Indices,
-    offsets: Array,
-    radii: Array,
-    spans: Indices,
-    balls: Balls,
+    recording: Recording, robot: int, others: Indices, offsets: Array, radii: Array, spans: Indices, balls: Balls
 ) -> tuple[Indices, Indices]:
     """Return steps (m,) and indices (m,) of others: all at which the closest approach to that robot may lie.
 

@@ -15,12 +15,7 @@ from slalom.base.tolerances import REST
 from slalom.kernels.arrays import Flags
 from slalom.model.shape import round_shape
 from slalom.obstacle import Obstacle
-from slalom.sim.measure.closest_approach import (
-    ClosestApproach,
-    closest_to,
-    positions_at,
-    single_robot_view,
-)
+from slalom.sim.measure.closest_approach import ClosestApproach, closest_to, positions_at, single_robot_view
 from slalom.sim.measure.recording import Recording, Which
 
 COURSE_RATE: Final = float(np.radians(0.05))

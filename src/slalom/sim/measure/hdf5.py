@@ -93,11 +93,7 @@ SHORTEST_PIECE: Final = 1e-9
 trajectory that ends at once lasts longer. Smaller: rounding of large times leaves no duration."""
 
 
-FORMER_NAMES: Final = {
-    "place": "initial_position",
-    "speed": "initial_velocity",
-    "push": "initial_acceleration",
-}
+FORMER_NAMES: Final = {"place": "initial_position", "speed": "initial_velocity", "push": "initial_acceleration"}
 """Names of fields of trajectories by their names in format 1."""
 HALF_SPACES: Final = ("velocity_bounds", "acceleration_bounds")
 

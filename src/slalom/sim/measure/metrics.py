@@ -14,12 +14,7 @@ from slalom.base.checks import Array
 from slalom.base.registry import Kind, Registry
 from slalom.decision import Outcome
 from slalom.kernels.arrays import Indices
-from slalom.sim.measure.closest_approach import (
-    between_robots,
-    nearest_clearances,
-    positions_at,
-    single_robot_view,
-)
+from slalom.sim.measure.closest_approach import between_robots, nearest_clearances, positions_at, single_robot_view
 from slalom.sim.measure.encounters import (
     COURSE_RATE as COURSE_RATE,
     closest_approach,

@@ -19,13 +19,7 @@ from slalom.io import pedestrians
 from slalom.io.pedestrians import Case as CrowdCase
 from slalom.model.path_goal import PathGoal
 from slalom.peers import Peer, contender
-from slalom.sim.files.scenario_yaml import (
-    count_of_cases,
-    files_of,
-    is_random,
-    read_scenario,
-    read_scenarios,
-)
+from slalom.sim.files.scenario_yaml import count_of_cases, files_of, is_random, read_scenario, read_scenarios
 from slalom.sim.gallery import GALLERY, Entry, build as build_gallery
 from slalom.sim.gallery.fleets import cadrl
 from slalom.sim.measure.metrics import METRICS, extra_time, finite, summary
@@ -219,10 +213,7 @@ def without_effect(scenario: Scenario, method: Method | Peer) -> set[str]:
     if len(scenario.robots) == 1:
         return {"guided", *OBSERVATIONS}
     shared = {(robot.method or method).shared for robot in scenario.robots}
-    return {
-        *(() if scenario.dimension == 2 else ("guided",)),
-        *(() if False in shared else OBSERVATIONS),
-    }
+    return {*(() if scenario.dimension == 2 else ("guided",)), *(() if False in shared else OBSERVATIONS)}
 
 
 def is_file(name: str) -> bool:
