@@ -209,7 +209,7 @@ def test_signatures_have_plain_types() -> None:
 def test_pictures_of_the_gallery_are_made_once(tmp_path: Path) -> None:
     """They are made again after a change of the code."""
     target, sentence = site_gallery.drawn("empty", tmp_path)
-    assert sentence == "The robot arrived after 12.0 s, without a collision."
+    assert sentence == "The robot arrived after 11.9 s, without a collision."
     picture = tmp_path / target
     first = picture.read_bytes()
     assert 'id="slalom-data"' in picture.with_suffix(".html").read_text()

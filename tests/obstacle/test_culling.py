@@ -82,7 +82,7 @@ def everywhere(bodies: GrownBodies) -> GrownBodies:
 @pytest.mark.parametrize(("method", "stop"), [("nao", False), ("nao", True), ("vo", True)])
 @pytest.mark.parametrize("seed", draws(range(3)))
 def test_decisions_are_those_with_all_rows(seed, method, stop, monkeypatch):
-    """In a closed loop among walls and movers, so that kept, constrained and squeezed decisions occur."""
+    """In a closed loop among walls and movers, where the preferred control is not always free."""
     culled, made = list(drive(scene(seed, method, stop), 40)), Skeletons.grown_bodies
 
     def unculled(self: Skeletons, kind: int, obstacles: ObstacleWindow, *, detours: bool, around: Reach) -> GrownBodies:
@@ -90,7 +90,7 @@ def test_decisions_are_those_with_all_rows(seed, method, stop, monkeypatch):
 
     monkeypatch.setattr(Skeletons, "grown_bodies", unculled)
     assert culled == list(drive(scene(seed, method, stop), 40))
-    assert len({row[0] for row in culled}) > 1
+    assert {row[0] for row in culled} != {Outcome.CLEAR}
 
 
 @pytest.mark.parametrize(("method", "horizons"), [("nao", None), ("nao", slalom.SafeTime(2.0)), ("vo", None)])
