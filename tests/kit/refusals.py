@@ -561,6 +561,12 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     ),
     r"obstacles\[0\]: expected a valid geometry of shapely": lambda _: way_among((0, 0, 0), (1, 1), DISC, [DISC], 1.0),
     r"max_steering: expected less than pi / 2": lambda _: Bicycle(1.0, 0.5 * np.pi, 1.0, 2.0, 2.0),
+    r"min_speed: expected at most the largest one, 1, found 1\.5": lambda _: Bicycle(
+        1.0, 0.5, 1.0, 2.0, 2.0, max_reverse_speed=1.0, min_speed=1.5
+    ),
+    r"min_turn_rate: expected at most the largest one, 5, found 6": lambda _: DifferentialDrive(
+        0.4, 1.0, 2.0, min_turn_rate=6.0
+    ),
     r"lag: expected one lag, that of both wheels, found 0\.1 and 0\.2 s": lambda _: DifferentialDrive(
         0.4, 1.0, 2.0, lag=(0.1, 0.2)
     ),

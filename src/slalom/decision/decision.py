@@ -238,7 +238,13 @@ choices while it lets others pass. Smaller: it follows others that are slower.""
 
 
 def approach_of(
-    goal: Goal | None, state: State, progress: float | None, max_speed: float, now: float, last: Approach | None
+    goal: Goal | None,
+    state: State,
+    progress: float | None,
+    max_speed: float,
+    now: float,
+    last: Approach | None,
+    further: float = 0.0,
 ) -> Approach | None:
     """The last progress of a robot in `state`: `last`, or a new one `now` [s]; None without a goal.
 
@@ -246,7 +252,7 @@ def approach_of(
     the distance to the goal, on a path along it, is less than at the last one by APPROACH_TIME times `max_speed` [m/s].
 
     Args:
-        progress: [m] along the path of a `PathGoal`.
+        progress: [m] along the path of a `PathGoal`. further: [m] that is left in addition, such as to turn.
     """
     if goal is None:
         return None
@@ -256,7 +262,7 @@ def approach_of(
     left = dist(place, state.position.tolist())
     if progress is not None and isinstance(goal, PathGoal):
         left = max(left, goal.length - progress)
-    left = max(left - goal.tolerance, 0.0)
+    left = max(left - goal.tolerance, 0.0) + further
     pace = left + HELD_UP * max_speed * now
     if last is None or left == 0.0 or dist(place, last.target.tolist()) > goal.tolerance:
         return Approach(left, now, target, pace, now)

@@ -51,10 +51,12 @@ from .vehicle.driving import (
     actuated as actuated,
     along_way as along_way,
     drive as drive,
+    executable as executable,
     follow as follow,
     held as held,
     on_arc as on_arc,
     sampled as sampled,
     turn_rate as turn_rate,
     within_limits as within_limits,
+    wrapped as wrapped,
 )

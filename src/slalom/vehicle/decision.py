@@ -12,7 +12,7 @@ import numpy.typing as npt
 from slalom import kernels
 from slalom.base.checks import Array, array, array_of, short
 from slalom.base.errors import InvalidInput
-from slalom.base.tolerances import TIME
+from slalom.base.tolerances import REST, TIME
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import Collision, Commitment
 from slalom.kernels.arrays import Bodies
@@ -23,7 +23,7 @@ from slalom.model.response.protocol import Unsteered
 from slalom.model.state import Affine, State
 from slalom.obstacle.window import ObstacleWindow
 from slalom.vehicle.vehicle import Command, Pose, Vehicle, pose_of
-from slalom.vehicle.ways import Following, WayFound
+from slalom.vehicle.ways import SAME_PLACE, Following, WayFound
 
 
 class Moment(NamedTuple):
@@ -35,6 +35,7 @@ class Moment(NamedTuple):
         window: the obstacles on their predicted trajectories.
         now: [s] when the decision acts. previous: the decision before; None at the start.
         bodies: of the window. gaps: (b,) [m] of the body of the vehicle from each of them.
+        stood: see `VehicleDecision`.
     """
 
     pose: Pose
@@ -48,6 +49,7 @@ class Moment(NamedTuple):
     previous: "VehicleDecision | None"
     bodies: Bodies
     gaps: Array
+    stood: tuple[Array, float]
 
     def at_rest(self, counts: bool) -> "Moment":
         """The same inputs, where contacts with all bodies count while the vehicle is at rest, or with none."""
@@ -88,6 +90,8 @@ class VehicleDecision(Decision):
         goal: of the middle of the axle. way: that it follows there; None if it follows none.
         no_way: why a search found no way to the goal among obstacles at rest; None if it found one, or did not search.
         held: whether the vehicle holds a speed and a turn, and then brakes, instead of a plan.
+        stood: the measured motion (5,) at which it stands though it is to move, and since when [s]; else the last one.
+        unmoved: why it is `stuck` if it has stood so for `reverse_after` and the time in which commands act; else "".
         See `Decision` for the others: the manoeuvre is that of the point.
     """
 
@@ -101,6 +105,13 @@ class VehicleDecision(Decision):
     way: Following | None
     no_way: WayFound | None
     held: bool
+    stood: tuple[Array, float]
+    unmoved: str
+
+    @property
+    def stuck(self) -> bool:
+        """As `Decision.stuck`; also of a vehicle that is `unmoved`."""
+        return bool(self.unmoved) or super().stuck
 
     @property
     def commitment(self) -> Commitment:
@@ -119,6 +130,7 @@ class VehicleDecision(Decision):
             "command": {"speed": self.command.speed, "turn": self.command.turn},
             "first_contact": contact,
             "no_way": None if self.no_way is None else str(self.no_way),
+            "unmoved": self.unmoved,
         }
 
     @property
@@ -132,6 +144,37 @@ class VehicleDecision(Decision):
     def pose_at(self, now: float) -> Pose:
         """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
         return pose_of(motion_at(self.track, now))
+
+
+UNMOVED: Final = (
+    "The vehicle does not move though it is to: a dead zone or friction is likely, or an obstacle that is not known. "
+    "State min_speed and min_turn_rate, or a larger tolerance."
+)
+"""Why a vehicle is stuck that stands."""
+
+
+def same_place(goal: Goal) -> Array:
+    """Differences (2,) [m, rad] of place and heading that are none for a goal."""
+    return SAME_PLACE * np.array([goal.tolerance, goal.heading_tolerance])
+
+
+def stood(
+    pose: Pose, goal: Goal | None, now: float, period: float, last: VehicleDecision | None
+) -> tuple[Array, float]:
+    """The motion (5,) and since when [s], see `VehicleDecision`, of a vehicle that is measured at a pose `now` [s].
+
+    It is to move if its last manoeuvre does, or its way has ended before its goal.
+    """
+    here = pose.motion
+    if goal is None or last is None or goal.reached(pose.position, pose.velocity, now, pose.heading):
+        return here, now
+    ended = last.way is not None and last.way.at[1] == len(last.way.arcs)
+    moves = hypot(*last.manoeuvre.velocity(last.acts_at + period)) > REST
+    x, y, turn = (here - last.stood[0])[:3].tolist()
+    off = np.array([hypot(x, y), abs(kernels.wrapped(turn))])
+    if not (ended or moves) or np.any(off > same_place(goal)):
+        return here, now
+    return last.stood[0], min(last.stood[1], now)
 
 
 # The motion of a point of a vehicle as a response: what a robot does that is committed to it.
@@ -218,7 +261,7 @@ CORRECTION_TIMES: Final = np.array([0.4, 0.4, 0.4, 1.2, 1.2])
 speed and turn, each in addition to the lag. Longer: the vehicle notices slip later. Shorter: noise of measurements
 becomes turns of the vehicle, which a lag amplifies."""
 
-CORRECTED_WITHIN: Final = (0.05, 0.08, 0.2, 0.5)
+CORRECTED_WITHIN: Final = np.array([0.05, 0.08, 0.2, 0.5])
 """[m, rad, m/s, rad/s] Differences from the prediction beyond which the measured pose is taken as it is. Larger: a push
 is noticed later. Smaller: rare large errors of measurements count in full."""
 
@@ -231,7 +274,9 @@ def motion_at(track: Array, now: float) -> Array:
     return np.array([np.interp(now, track[:, 0], track[:, k]) for k in range(1, 6)])
 
 
-def estimated(vehicle: Vehicle, motion: Array, measured: float, acts: float, track: Array | None, kept: float) -> Array:
+def estimated(
+    vehicle: Vehicle, motion: Array, measured: float, acts: float, track: Array | None, kept: float, within: Array
+) -> Array:
     """The track (m, 6), time [s] and motion, of a vehicle up to the time `acts` [s].
 
     A predicted track is corrected by a share of the difference of the measured motion from it, and by all of it where
@@ -239,14 +284,15 @@ def estimated(vehicle: Vehicle, motion: Array, measured: float, acts: float, tra
 
     Args:
         motion: (5,) that was `measured` [s]. track: as it was predicted; None: not at all. kept: [s] of it before.
+        within: (4,) differences that are not large, see CORRECTED_WITHIN.
     """
     if track is None:
         return _kept_on(vehicle, motion, measured, acts)
     predicted = motion_at(track, measured)
     off = motion - predicted
-    off[2] = (off[2] + np.pi) % (2.0 * np.pi) - np.pi
+    off[2] = kernels.wrapped(off[2])
     sizes = np.array([hypot(off[0], off[1]), *np.abs(off[2:])])
-    if np.all(sizes <= CORRECTED_WITHIN):
+    if np.all(sizes <= within):
         off *= 1.0 - np.exp(-vehicle.period / (CORRECTION_TIMES + max(vehicle.lags)))
     between = track[(track[:, 0] > measured + TIME) & (track[:, 0] < acts - TIME)]
     times = np.array([measured, *between[:, 0], *([acts] if acts > measured else [])])

@@ -484,6 +484,8 @@ class Driver:
             sentence = f"{sentence} {decision.outcome.value}"
         if status is DriveStatus.NEEDS_PATH and getattr(decision, "no_way", None) is not None:
             sentence = f"{sentence} {decision.no_way}"
+        if decision.stuck and getattr(decision, "unmoved", ""):
+            sentence = f"{sentence} {decision.unmoved}"
         lost = {kind: count for kind, count in (self.unused - self._told).items() if kind not in USUAL}
         if lost:
             counts = ", ".join(f"{count} {kind}" for kind, count in lost.items())
@@ -531,4 +533,5 @@ def _resumed(last: Any, before: Any) -> Any:
     changed: dict[str, Any] = {"progress": before.progress, "approach": None, "inputs": inputs}
     if isinstance(last, VehicleDecision):
         changed |= {"plan": _resumed(last.plan, before.plan), "goal": before.goal, "no_way": None}
+        changed |= {"stood": (last.stood[0], np.inf)}
     return replace(last, **changed)

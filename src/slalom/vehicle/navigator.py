@@ -12,6 +12,7 @@ from slalom import kernels
 from slalom.base.checks import GOAL, LIMITS, SHAPE, Array, check_fields, flag, has, not_negative, number
 from slalom.base.errors import InvalidInput
 from slalom.decision import Decision, Outcome
+from slalom.decision.decision import Approach, approach_of
 from slalom.decision.document import KINDS
 from slalom.decision.fallback import DEEPER_BY, is_moving, stands
 from slalom.decision.methods import Method
@@ -25,12 +26,25 @@ from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Disc, Shape
+from slalom.model.state import State
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable, same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, listed, passive
 from slalom.vehicle.curves import Arc, Way, ends
-from slalom.vehicle.decision import PERSISTS, Moment, PointMotion, Proposal, VehicleDecision, estimated, manoeuvre_of
+from slalom.vehicle.decision import (
+    CORRECTED_WITHIN,
+    PERSISTS,
+    UNMOVED,
+    Moment,
+    PointMotion,
+    Proposal,
+    VehicleDecision,
+    estimated,
+    manoeuvre_of,
+    same_place,
+    stood,
+)
 from slalom.vehicle.sweep import Scene, convex_bodies
 from slalom.vehicle.vehicle import POSE, Bicycle, Command, DifferentialDrive, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import (
@@ -273,7 +287,11 @@ class VehicleNavigator(SharedSettings):
         acts = now + self.vehicle.delay
         obstacles = obstacles if self.contact_at_rest else passive(obstacles)
         before = None if previous is None else previous.track
-        track = estimated(self.vehicle, pose.motion, now - delay, acts, before, self.horizon)
+        rests = stood(pose, goal, now, self.period, previous)
+        within = CORRECTED_WITHIN.copy()
+        if goal is not None and now - rests[1] > self._reaction:
+            within[:2] = np.minimum(within[:2], same_place(goal))
+        track = estimated(self.vehicle, pose.motion, now - delay, acts, before, self.horizon, within)
         pose = pose_of(track[-1, 1:])
         state = self.vehicle.state(pose)
         window = self._navigator.predict(obstacles, state, acts)
@@ -283,7 +301,7 @@ class VehicleNavigator(SharedSettings):
         aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
         commitment = None if previous is None else previous.plan
         plan = self._navigator.decide(state, obstacles, aim, now=acts, previous=commitment, **further)
-        return Moment(pose, track[:-1], state, plan, window, goal, aim, acts, previous, bodies, gaps)
+        return Moment(pose, track[:-1], state, plan, window, goal, aim, acts, previous, bodies, gaps, rests)
 
     def _chosen(self, moment: Moment) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps nothing."""
@@ -380,7 +398,9 @@ class VehicleNavigator(SharedSettings):
         least = np.where(rests, np.minimum(keep, ADVANCE_SHARE * self._contact_depth), keep)
         for share in WAY_SPEEDS if waits else WAY_SPEEDS[:1]:
             fastest = share * self._navigator.limits.max_speed
-            motions, on = followed(self.vehicle, moment.pose.motion, way, moment.now, fastest, self._periods)
+            motions, on = followed(
+                self.vehicle, moment.pose.motion, way, moment.now, fastest, self._periods, self.margin
+            )
             for outcome, kept in ((Outcome.KEPT, keep), (Outcome.SQUEEZED, least)):
                 if self._contact(moment, motions, kept) == np.inf:
                     manoeuvre = manoeuvre_of(self.vehicle, motions, moment.now)
@@ -598,6 +618,11 @@ class VehicleNavigator(SharedSettings):
         return self._contact(moment, motions, np.where(moment.bodies.at_rest, keep, -np.inf)) < np.inf
 
     @property
+    def _reaction(self) -> float:
+        """Time [s] from a decision until a vehicle that follows it moves."""
+        return self.vehicle.delay + max(self.vehicle.lags) + self.period
+
+    @property
     def _periods(self) -> int:
         """Periods up to the horizon."""
         return ceil(self.horizon / self.period - PERSISTS)
@@ -613,6 +638,8 @@ class VehicleNavigator(SharedSettings):
         times = moment.now + self.period * np.arange(len(motions))
         track = np.concatenate([moment.track, np.column_stack([times, motions])])
         known = {**plan.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
+        known["approach"] = self._approach(moment, plan.approach)
+        stands = moment.now - self.vehicle.delay - moment.stood[1]
         return VehicleDecision(
             **{name: known[name] for name in Decision.__dataclass_fields__},
             command=self.vehicle.command(motions[0], motions[1]),
@@ -625,7 +652,19 @@ class VehicleNavigator(SharedSettings):
             way=proposal.way,
             no_way=no_way,
             held=proposal.held,
+            stood=moment.stood,
+            unmoved=UNMOVED if stands > self.reverse_after + self._reaction else "",
         )
+
+    def _approach(self, moment: Moment, plan: Approach | None) -> Approach | None:
+        """The last progress towards the goal; to one with a heading what is left to turn counts as a way."""
+        goal, pose = moment.goal, moment.pose
+        if goal is None or goal.heading is None:
+            return plan
+        last = None if moment.previous is None else moment.previous.approach
+        turn = max(abs(kernels.wrapped(pose.heading - goal.heading)) - goal.heading_tolerance, 0.0)
+        state, fastest = State(pose.position, pose.velocity), self.vehicle.limits.max_speed
+        return approach_of(goal, state, None, fastest, moment.now, last, self.vehicle.lever * turn)
 
     def _contact(self, moment: Moment, motions: Array, keep: Array) -> float:
         """Time [s] of the first contact of the body on motions (k, 5), `keep` (b,) [m] being kept."""

@@ -127,6 +127,12 @@ def checked_lags(lag: float | tuple[float, float], name: str) -> tuple[float, fl
     return not_negative(lag[0], name), not_negative(lag[1], name)
 
 
+def refuse_least(name: str, least: float, most: float) -> None:
+    """Raise InvalidInput for a least speed or turn rate above the largest one."""
+    if least > most:
+        raise InvalidInput(f"{name}: expected at most the largest one, {most:g}, found {least:g}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Vehicle(ABC):
     """A vehicle that reaches a commanded speed and turn: at the end of each `period` at constant rates, or with a lag.
@@ -137,6 +143,7 @@ class Vehicle(ABC):
         lag: [s] with which speed and turn approach their commands, as first-order systems; one number, or one for the
             speed and one for the turn. 0: they reach them at the end of the period.
         delay: [s] from a decision until its command acts.
+        min_speed: [m/s] the least speed that the vehicle executes: a smaller one is as 0. No such command is made.
 
     Raises:
         InvalidInput: a value of a wrong kind or out of its range.
@@ -146,6 +153,7 @@ class Vehicle(ABC):
     period: Positive = 0.1
     lag: Annotated[float | tuple[float, float], checked_lags] = 0.0
     delay: NotNegative = 0.0
+    min_speed: NotNegative = 0.0
 
     @property
     @abstractmethod
@@ -222,7 +230,7 @@ class Vehicle(ABC):
 
     def command(self, motion: Array, end: Array) -> Command:
         """Command after which speed and turn are those of the motion `end` (5,), a period after `motion` (5,)."""
-        speed, turn = kernels.actuated(self.wheels, motion, end[3], end[4], True)
+        speed, turn = kernels.executable(self.wheels, motion, end[3], end[4])
         # Where a wheel changes its speed at the largest rate, the mean of both commands is not that of one actuator.
         fastest, most = self.wheels.max_axle, self.wheels.max_turn
         return Command(min(max(float(speed), -fastest), fastest), min(max(float(turn), -most), most))
@@ -304,7 +312,8 @@ class Bicycle(Vehicle):
         See `Vehicle` for the others.
 
     Raises:
-        InvalidInput: a value that is not above 0; a steering angle of a right angle or more.
+        InvalidInput: a value that is not above 0; a steering angle of a right angle or more; a least speed above a
+            largest one.
     """
 
     wheelbase: Positive
@@ -318,6 +327,7 @@ class Bicycle(Vehicle):
         check_fields(self)
         if self.max_steering >= 0.5 * pi:
             raise InvalidInput(f"max_steering: expected less than pi / 2, found {self.max_steering:g}")
+        refuse_least("min_speed", self.min_speed, min(self.max_speed, self.max_reverse_speed or np.inf))
 
     @cached_property
     def wheels(self) -> Wheels:
@@ -333,6 +343,8 @@ class Bicycle(Vehicle):
             self.max_steering,
             self.max_steering_rate,
             *self.lags,
+            self.min_speed,
+            0.0,
         )
 
     @property
@@ -389,10 +401,12 @@ class DifferentialDrive(Vehicle):
     Attributes:
         max_speed, max_acceleration: [m/s], [m/s^2] further limits of the point; None: by the wheels alone.
         max_turn_rate, max_turn_acceleration: [rad/s], [rad/s^2]; None: by the wheels alone.
+        min_turn_rate: [rad/s] the least one that is executed, as `min_speed`.
         See `Vehicle` for the others.
 
     Raises:
-        InvalidInput: a value that is not above 0; different lags of speed and turn.
+        InvalidInput: a value that is not above 0; different lags of speed and turn; a least speed or turn rate above
+            the largest one.
     """
 
     track: Positive
@@ -402,9 +416,12 @@ class DifferentialDrive(Vehicle):
     max_acceleration: Annotated[float | None, positive] = None
     max_turn_rate: Annotated[float | None, positive] = None
     max_turn_acceleration: Annotated[float | None, positive] = None
+    min_turn_rate: NotNegative = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)
+        refuse_least("min_speed", self.min_speed, self.limits.max_speed)
+        refuse_least("min_turn_rate", self.min_turn_rate, self._turn_rate)
         if self.lags[0] != self.lags[1]:
             raise InvalidInput(
                 f"lag: expected one lag, that of both wheels, found {self.lags[0]:g} and {self.lags[1]:g} s"
@@ -425,6 +442,8 @@ class DifferentialDrive(Vehicle):
             self._turn_rate,
             min(2.0 * acceleration / self.track, self.max_turn_acceleration or np.inf),
             *self.lags,
+            self.min_speed,
+            self.min_turn_rate,
         )
 
     @property

@@ -208,6 +208,10 @@ OFF_WAY: Final = 0.1
 errors."""
 
 
+OFF_BY: Final = 0.005
+"""[1] Error of an arc of a way in a narrow place, in wheelbases or tracks, of turns in rad. Larger: the vehicle touches
+what is beside the way. Smaller: slower."""
+
 MOST_POSES: Final = 2000
 """[1] Poses at which a search for a way ends, after 1 to 3 s. More: ways in narrower places, and longer waiting."""
 
@@ -259,14 +263,31 @@ def begun(vehicle: Vehicle, motion: Array, way: Way, goal: Goal, now: float, car
     return Following(goal, arcs, np.ascontiguousarray(ends(motion[:3], way)), now, vehicle.period, careful, *first)
 
 
+def ends_within(vehicle: Vehicle, way: Following, room: float) -> Array:
+    """The distances (n,) from the ends of the arcs of a way within which a vehicle ends them [m], turns in [rad].
+
+    Law: the distances of all arcs together, and one more as large, are within the tolerance of the goal. Headings are
+    those of the way again on each arc, so that each one may be off by half of their tolerance. A distance is at most
+    the `room` [m] beside the way, OFF_BY on a careful one.
+    """
+    goal, length, turn = way.goal, *np.abs(way.arcs.T)
+    slack = OFF_BY * vehicle.wheels.base
+    far = min(goal.tolerance / (len(length) + 1.0), slack if way.careful else max(room, slack))
+    faces = inf if goal.heading is None else 0.5 * goal.heading_tolerance
+    faces = min(faces, OFF_BY) if way.careful else faces
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(length > 0.0, np.fmin(far, faces * length / turn), faces)
+
+
 def followed(
-    vehicle: Vehicle, motion: Array, way: Following, now: float, fastest: float, count: int
+    vehicle: Vehicle, motion: Array, way: Following, now: float, fastest: float, count: int, room: float
 ) -> tuple[Array, Following]:
-    """Motions (count + 1, 5) of a vehicle along a way from `now` [s] on, and where it is on it."""
+    """Motions (count + 1, 5) of a vehicle along a way from `now` [s] on, and where it is on it; see `ends_within`."""
     k, driven = way.place(now)
     wheels, stops = vehicle.wheels, way.goal.stop
+    within = ends_within(vehicle, way, room)
     motions, at, there = kernels.along_way(
-        wheels, motion, way.arcs, way.poses, k, driven, fastest, stops, way.careful, count
+        wheels, motion, way.arcs, way.poses, within, k, driven, fastest, stops, way.careful, count
     )
     return motions, way._replace(start=now, at=at, driven=there)
 
@@ -287,7 +308,9 @@ def direct_ways(vehicle: Vehicle, motion: Array, goal: Goal, now: float) -> list
     if goal.heading is None:
         found = to_place(pose, place, radius, backs, vehicle.turns_on_spot)
     else:
-        end = np.array([*place, goal.heading])
+        # What is within the tolerance of the place only turns.
+        there = vehicle.turns_on_spot and hypot(*(place - pose[:2])) <= goal.tolerance
+        end = np.array([*(pose if there else place)[:2], goal.heading])
         if vehicle.turns_on_spot:
             found = turn_and_drive(pose, end)
         else:

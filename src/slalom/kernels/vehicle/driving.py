@@ -149,7 +149,7 @@ def within_limits(w: Wheels, m: Array, speed: float, turn: float) -> tuple[float
     if w.steered:
         slowest = reached(m[3], -w.max_reverse, w.max_acceleration, h, w.lag)
         fastest = reached(m[3], w.max_speed, w.max_acceleration, h, w.lag)
-        return min(max(speed, slowest), fastest), turn
+        return executed(w, m, min(max(speed, slowest), fastest), turn)
     # Wheels with a lag would be commanded to a higher speed than the one that they are to reach.
     slowest = reached(m[3], -w.max_axle, w.max_acceleration, h, w.lag)
     fastest = reached(m[3], w.max_axle, w.max_acceleration, h, w.lag)
@@ -165,7 +165,40 @@ def within_limits(w: Wheels, m: Array, speed: float, turn: float) -> tuple[float
     low = max(low_left, low_right - difference)
     high = min(high_left, high_right - difference)
     slower = min(max(speed - 0.5 * difference, low), high)
-    return slower + 0.5 * difference, difference / w.base
+    return executed(w, m, slower + 0.5 * difference, difference / w.base)
+
+
+@kernel
+def executed(w: Wheels, m: Array, speed: float, turn: float) -> tuple[float, float]:
+    """Speed and turn a period after the motion m, of those that the vehicle executes the nearest to these."""
+    if w.min_speed == 0.0 and w.min_turn == 0.0:
+        return speed, turn
+    to_speed, to_turn = executable(w, m, speed, turn)
+    return actuated(w, m, to_speed, to_turn, False)
+
+
+@kernel
+def executable(w: Wheels, m: Array, speed: float, turn: float) -> tuple[float, float]:
+    """The command after which speed and turn are nearest to these, of those that are 0 or at least the least one."""
+    to_speed, to_turn = actuated(w, m, speed, turn, True)
+    if w.min_speed == 0.0 and w.min_turn == 0.0:
+        return to_speed, to_turn
+    best = np.inf
+    found = to_speed, to_turn
+    for k in range(4):
+        tried = zero_or_least(to_speed, w.min_speed, k % 2), zero_or_least(to_turn, w.min_turn, k // 2)
+        v, turned = actuated(w, m, tried[0], tried[1], False)
+        off = abs(v - speed) + 0.5 * w.base * abs(turned - turn)
+        if off < best:
+            best = off
+            found = tried
+    return found
+
+
+@kernel
+def zero_or_least(command: float, least: float, share: float) -> float:
+    """The command; below the least one that share of it, 0 or 1."""
+    return command if abs(command) >= least else share * np.copysign(least, command)
 
 
 @kernel
@@ -344,23 +377,15 @@ STEERED: Final = 0.02
 """[1] A vehicle that changes its direction starts when its steering is as near to that of the arc, in shares of it.
 Larger: it leaves the arc. Smaller: it stands longer."""
 
-ENDED: Final = 0.002
-"""[1] An arc is driven up to this distance from its end, in wheelbases or tracks; turns on the spot up to this in rad.
-Larger: vehicles end farther from their goals. Smaller: they creep longer."""
-
-OFF_BY: Final = 0.005
-"""[1] Error that steering into the next arc may make, in wheelbases or tracks: a limit of the speed there. Larger:
-faster, farther from the way. Smaller: slower."""
-
 BRAKING: Final = 0.8
 """[1] Share of the largest acceleration with which a vehicle on a way brakes. The rest is for errors."""
 
 
 @kernel
-def speed_to_stop(w: Wheels, left: float, acceleration: float, lag: float) -> float:
+def speed_to_stop(w: Wheels, left: float, acceleration: float) -> float:
     """Speed [m/s] from which a vehicle can stop within a distance [m], if it brakes from the next period on."""
-    time = w.period + lag
-    return acceleration * float(np.sqrt(time * time + 2.0 * max(left, 0.0) / acceleration) - time)
+    h = w.period
+    return acceleration * float(np.sqrt(h * h + 2.0 * max(left, 0.0) / acceleration) - h)
 
 
 @kernel
@@ -370,17 +395,27 @@ def curvature(arcs: Array, k: int) -> float:
 
 
 @kernel
-def stops_after(w: Wheels, arcs: Array, k: int, stops: bool, careful: bool) -> bool:
+def change_way(arcs: Array, k: int, within: Array) -> tuple[float, float]:
+    """The change of the curvature [1/m] after arc k, and the way [m] over which it makes the error of that arc."""
+    change = abs(curvature(arcs, k + 1) - curvature(arcs, k))
+    return change, float(np.sqrt(24.0 * within[k] / max(change, 1e-9)))
+
+
+@kernel
+def stops_after(w: Wheels, arcs: Array, k: int, within: Array, stops: bool, careful: bool) -> bool:
     """Whether a vehicle stands at the end of arc k: before changes of direction, turns on the spot, and at the end.
 
-    careful: also before other curvatures, so that it never leaves the arcs.
+    Also before another curvature, if one of both arcs is shorter than half of the way over which it changes.
+    careful: always there, so that it never leaves the arcs.
     """
     if k + 1 == len(arcs):
         return stops
     a = arcs[k, 0]
     b = arcs[k + 1, 0]
-    turns = abs(curvature(arcs, k) - curvature(arcs, k + 1)) * w.base > STEERED
-    return a == 0.0 or b == 0.0 or a * b < 0.0 or (careful and turns)
+    if a * b <= 0.0:
+        return True
+    change, way = change_way(arcs, k, within)
+    return change * w.base > STEERED and (careful or 2.0 * min(abs(a), abs(b)) < way)
 
 
 @kernel
@@ -408,26 +443,40 @@ def on_arc(m: Array, pose: Array, length: float, turn: float, before: float) -> 
 
 
 @kernel
-def put_spot_turn(w: Wheels, m: Array, pose: Array, turn: float, result: Array) -> bool:
+def at_end(h: float, left: float, v: float, most: float, wanted: float, least: float, within: float) -> bool:
+    """Whether an arc has ended: a vehicle that brakes now, by `most`, ends `within` what is left of it.
+
+    Also one whose next speed, `wanted`, is nearer to 0 than to the least one that it executes.
+    """
+    near = max(within, abs(left)) if wanted < 0.5 * least else within
+    return left <= near and abs(v) * (0.5 * h + abs(v) / (2.0 * most)) <= near + max(left, 0.0)
+
+
+@kernel
+def put_spot_turn(w: Wheels, m: Array, pose: Array, turn: float, within: float, result: Array) -> bool:
     """The motion of a period that turns on the spot towards the end of a turn; whether it has ended already."""
     left = wrapped(pose[2] - m[2])
     if left * turn < 0.0 and abs(left) > 0.5 * np.pi:
         left += 2.0 * np.pi if turn > 0.0 else -2.0 * np.pi
-    if abs(left) < ENDED and abs(m[4]) < 2.0 * ENDED / w.period:
+    most = BRAKING * w.max_turn_change
+    size = speed_to_stop(w, abs(left) - 0.5 * w.period * abs(m[4]), most)
+    if at_end(w.period, abs(left), m[4], most, size, w.min_turn, within):
         return True
-    size = speed_to_stop(w, abs(left) - 0.5 * w.period * abs(m[4]), BRAKING * w.max_turn_change, w.turn_lag)
-    v, rate = within_limits(w, m, 0.0, size if left > 0.0 else -size)
+    # The wheels brake first: what is left of their acceleration turns.
+    spare = 2.0 / w.base * max(w.max_acceleration * w.period - abs(m[3]), 0.0)
+    rate = min(max(size if left > 0.0 else -size, m[4] - spare), m[4] + spare)
+    v, rate = within_limits(w, m, 0.0, rate)
     drive(w, m, v, rate, 0.0, 1.0, result)
     return False
 
 
 @kernel
 def allowed_on_arc(
-    w: Wheels, arcs: Array, k: int, left: float, v: float, fastest: float, stops: bool, careful: bool
+    w: Wheels, arcs: Array, k: int, within: Array, left: float, v: float, fastest: float, stops: bool, careful: bool
 ) -> tuple[float, float]:
     """Largest speed [m/s] with a distance `left` [m] on arc k at the speed v, and the curvature [1/m] to steer to.
 
-    The vehicle can stop where it has to, steers into the next arcs with an error of OFF_BY at most, and keeps the
+    The vehicle can stop where it has to, steers into the next arcs with an error of `within` at most, and keeps the
     largest acceleration in turns.
     """
     h = w.period
@@ -438,27 +487,27 @@ def allowed_on_arc(
         speed = min(speed, np.sqrt(w.max_acceleration / abs(bend)))
     rest = left
     j = k
-    ends = stops_after(w, arcs, k, stops, careful)
+    ends = stops_after(w, arcs, k, within, stops, careful)
     while not ends and j + 1 < len(arcs):
         after = curvature(arcs, j + 1)
-        change = abs(after - curvature(arcs, j))
+        change, way = change_way(arcs, j, within)
         time = h + w.lag + w.turn_lag
         if w.steered:
             turn = abs(np.arctan(w.base * after) - np.arctan(w.base * curvature(arcs, j)))
             time += turn / w.max_turn_change
         else:
             time += change * fastest / w.max_turn_change
-        slow = np.sqrt(24.0 * OFF_BY * w.base / max(change, 1e-9)) / time
-        if j == k and left < 0.5 * max(v, 0.0) * time:
+        slow = max(way / time, w.min_speed)
+        if j == k and left < 0.5 * min(max(v, 0.0) * time, way):
             bend = after
-        speed = min(speed, np.sqrt(slow * slow + 2.0 * a * rest))
+        speed = min(speed, np.sqrt(slow * slow + 2.0 * a * max(rest - 0.5 * way, 0.0)))
         if after != 0.0:
             speed = min(speed, np.sqrt(w.max_acceleration / abs(after) + 2.0 * a * rest))
         j += 1
         rest += abs(arcs[j, 0])
-        ends = stops_after(w, arcs, j, stops, careful)
+        ends = stops_after(w, arcs, j, within, stops, careful)
     if ends:
-        speed = min(speed, speed_to_stop(w, rest - 0.5 * h * max(v, 0.0), a, w.lag))
+        speed = min(speed, speed_to_stop(w, rest - 0.5 * h * max(v, 0.0), a))
     return speed, bend
 
 
@@ -485,6 +534,7 @@ def along_way(
     start: Array,
     arcs: Array,
     poses: Array,
+    within: Array,
     first: int,
     before: float,
     fastest: float,
@@ -496,6 +546,7 @@ def along_way(
 
     Args:
         arcs: (n, 2) length [m] and turn [rad]. poses: (n + 1, 3) at their begins, and at the end.
+        within: (n,) error of each arc [m], of a turn on the spot [rad]: at its end, and of the steering into the next.
         first: the arc that it is on at the start, and the distance `before` [m] that it has driven there.
         fastest: [m/s]. stops: whether it stands at the end; else it drives on straight. careful: see `stops_after`.
     """
@@ -516,17 +567,19 @@ def along_way(
             v, turn = within_limits(w, m, 0.0 if stops else fastest, m[4] if w.steered and stops else 0.0)
             drive(w, m, v, turn, 0.0, 1.0, result)
         elif arcs[k, 0] == 0.0:
-            ended = put_spot_turn(w, m, poses[k + 1], arcs[k, 1], result)
+            ended = put_spot_turn(w, m, poses[k + 1], arcs[k, 1], within[k], result)
         else:
             side = 1.0 if arcs[k, 0] > 0.0 else -1.0
             s, e, f = on_arc(m, poses[k], arcs[k, 0], arcs[k, 1], s)
             left = abs(arcs[k, 0]) - s
             v = side * m[3]
-            ends = stops_after(w, arcs, k, stops, careful)
-            near = ENDED * w.base
-            ended = left < (near if ends else 0.0) and (not ends or abs(v) * w.period < near)
+            ended = left < 0.0
+            if stops_after(w, arcs, k, within, stops, careful):
+                most = BRAKING * w.max_acceleration
+                size = speed_to_stop(w, left - 0.5 * w.period * max(v, 0.0), most)
+                ended = at_end(w.period, left, v, most, size, w.min_speed, within[k])
             if not ended:
-                speed, bend = allowed_on_arc(w, arcs, k, left, v, fastest, stops, careful)
+                speed, bend = allowed_on_arc(w, arcs, k, within, left, v, fastest, stops, careful)
                 put_on_arc(w, m, side, speed, bend, e, f, result)
         if ended:
             k += 1

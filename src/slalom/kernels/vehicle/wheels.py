@@ -27,6 +27,8 @@ class Wheels(NamedTuple):
     max_turn_change: float  # [rad/s] steering rate, [rad/s^2] angular acceleration of a drive
     lag: float  # [s] of the speed of a bicycle, of the wheels of a drive
     turn_lag: float  # [s] of the steering; that of the wheels for a drive
+    min_speed: float  # [m/s] the least one that is executed, besides 0
+    min_turn: float  # [rad/s] of a drive; 0 for a bicycle
 
 
 class Hull(NamedTuple):
