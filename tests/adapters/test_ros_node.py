@@ -289,7 +289,7 @@ def test_commands_of_wheels_and_of_a_body_that_moves_in_every_direction():
     """Sideways, the one turns, the other moves sideways; both accelerate towards the goal in the frame of the body."""
     free, wheels = NodeSettings().node(), NodeSettings(track=0.4).node()
     for node in (free, wheels):
-        node.receive(goal_pose(0.0, 5.0))
+        node.receive(goal_pose(0.0, 5.0, 0.5 * np.pi))
     moved, turned = (node.receive(odom()).twist(KINDS) for node in (free, wheels))
     assert moved.linear.y > 0.05 > abs(moved.linear.x)
     assert (moved.angular.z, turned.linear.y) == (0.0, 0.0)

@@ -102,6 +102,14 @@ def grid(*_: object) -> list:
 
 
 PATH = slalom.PathGoal([(0, 0), (2, 1), (8, 3)], speeds=[1.0, 1.2, 0.0], tolerance=0.2)
+PATH_OF_ALL = slalom.PathGoal(
+    *([(0, 0), (2, 1), (0, 0)], 1.0, 0.2, False),
+    lookahead=2.0,
+    laps=2,
+    cut=0.1,
+    heading=0.4,
+    heading_tolerance=0.2,
+)
 PLANE = slalom.Limits(1.5, 1.0, bounds=(slalom.LeastSpeed(0.3), slalom.TurningRadius(1.0)))
 BOX = slalom.Rectangle(0.9, 0.5)
 LOOPS: dict[str, Callable[[], Iterator[Decision]]] = {
@@ -210,7 +218,7 @@ def others() -> list:
         *(state, tracks, obstacle, goal, risk, navigator(**settings), body, wheels, changed),
         *(slalom.LookAhead(navigator(), 9.0, 8.0, 7.0, 6.0), slalom.ObstacleTable([obstacle])),
         slalom.ExpectedLoss(slalom.LookAhead(navigator()), (0.1,), (0.2,), 3.0, doubt, False),
-        slalom.PathGoal([(0, 0), (2, 1)], 1.0, 0.2, False, lookahead=2.0),
+        PATH_OF_ALL,
         *(Aged(doubt, 0.5), GrowsUntil(Scaled(doubt, 0.3), 2.0)),
     ]
 

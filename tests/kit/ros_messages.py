@@ -115,9 +115,9 @@ def transform(parent: str, child: str, x: float, y: float, heading: float) -> Me
     return Message(transforms=[Message(header=header(frame=parent), child_frame_id=child, transform=moved)])
 
 
-def goal_pose(x: float, y: float, frame: str = "odom") -> Message:
+def goal_pose(x: float, y: float, heading: float = 0.0, frame: str = "odom") -> Message:
     """A geometry_msgs/PoseStamped."""
-    return Message(header=header(frame=frame), pose=pose(x, y))
+    return Message(header=header(frame=frame), pose=pose(x, y, heading))
 
 
 def in_the_plane(_: Path) -> object:

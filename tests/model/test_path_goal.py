@@ -27,6 +27,7 @@ from slalom.base.tolerances import PATH_BRAKING
 from slalom.sim import Robot, Scenario, read_scenario, simulate
 from slalom.sim.measure.metrics import min_clearance
 from slalom.sim.run.states import integrate
+from slalom.vehicle import DifferentialDrive, Pose, VehicleNavigator
 
 DT = 0.1
 CORNERS = np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (20.0, 8.0), (20.0, 0.0), (30.0, 0.0)])
@@ -127,6 +128,71 @@ def test_a_path_that_crosses_itself_is_followed_in_order() -> None:
     places, _, progress = follow(loop, ObstacleTable([]))
     assert max(np.diff(progress)) <= 1.0
     assert places[:, 0].max() >= 7.0
+
+
+SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0)]
+AT = np.linspace(0.0, 2.0 * np.pi, 60)
+RETURNING = {
+    "laps": PathGoal(SQUARE, tolerance=0.2, laps=2),
+    "there and back": PathGoal([(0, 0), (0, 0), (5, 0), (0, 0)], tolerance=0.2),
+    "rows": PathGoal([(0, 0), (4, 0), (4, 0.3), (0, 0.3), (0, 0.6), (4, 0.6)], tolerance=0.2),
+    "crossing": PathGoal([(0, 0), (6, 0), (6, 3), (3, 3), (3, -0.2)], tolerance=0.2, cut=0.2),
+    "eight": PathGoal(np.stack([np.sin(2.0 * AT), np.sin(AT)], axis=1) * 2.0, tolerance=0.2, stop=False),
+}
+
+
+def off(goal: PathGoal, track: np.ndarray) -> float:
+    """Largest distance of the path from a track, in the order of the path."""
+    places, at, most = goal.points_at(np.arange(0.0, goal.length - goal.tolerance, 0.05)), 0, 0.0
+    for place in places:
+        distances = np.linalg.norm(track[at : at + 40] - place, axis=1)
+        at, most = at + int(np.argmin(distances)), max(most, float(distances.min()))
+    return most
+
+
+@pytest.mark.parametrize("name", RETURNING)
+@pytest.mark.parametrize("beside", [0.0, 0.07])
+def test_a_path_that_comes_back_is_driven_from_its_begin_to_its_end(name: str, beside: float) -> None:
+    """A robot without and a drive with wheels, which never backs up where no part turns back on itself."""
+    goal, limits = RETURNING[name], Limits(1.0, 2.0)
+    navigator, decision = Navigator(METHODS["nao"], Disc(0.2), limits), None
+    state, track, k = State(goal.points[0] + (-beside, beside), (0.0, 0.0)), [], 0
+    while not goal.reached(state.position, state.velocity, k * DT) and k < 600:
+        decision = navigator.decide(state, [], goal, now=k * DT, previous=decision)
+        state = decision.manoeuvre.advance(DT * (k + 1) - decision.manoeuvre.start)
+        track.append(state.position)
+        k += 1
+    assert off(goal, np.array(track)) <= 0.3
+    driven = np.linalg.norm(np.diff(track, axis=0), axis=1).sum()
+    assert 0.94 * goal.length - goal.tolerance <= driven <= 1.05 * goal.length + beside
+
+    drive = DifferentialDrive(0.3, 1.0, 2.0, period=DT)
+    wheels = VehicleNavigator(drive, METHODS["nao"], Disc(0.2))
+    pose, decision, track, k, backed = Pose(goal.points[0] + (-beside, beside), 0.0), None, [], 0, 0.0
+    while not goal.reached(pose.position, pose.velocity, k * DT) and k < 900:
+        decision = wheels.decide(pose, [], goal, now=k * DT, previous=decision)
+        pose, k = drive.drive(pose, decision.command), k + 1
+        backed += DT * max(0.0, -pose.speed)
+        track.append(pose.position)
+    assert off(goal, np.array(track)) <= 0.3
+    assert backed <= (0.5 if name == "there and back" else 0.02)
+
+
+def test_a_goal_counts_a_closed_path_as_reached_only_after_it_was_driven() -> None:
+    """By the progress; without one by that of the last decision for it, or by the first place that it can mean."""
+    goal = PathGoal(SQUARE, tolerance=0.3)
+    still = np.zeros(2)
+    assert not goal.reached(goal.points[0], still, 0.0)
+    assert not goal.reached(goal.points[0], still, 0.0, progress=8.0)
+    assert goal.reached(goal.points[0], still, 0.0, progress=15.8)
+    assert not goal.reached_during(np.array([0.0, 0.2]), np.array([0.0, -1.0]), 0.0, 0.0, 0.1, 8.0)
+    assert PathGoal(SQUARE, tolerance=0.3, stop=False).reached_during(
+        np.array([0.0, 0.35]), np.array([0.0, -1.0]), np.zeros(2), 0.0, 0.1, 15.6
+    )
+    run = simulate(
+        Scenario("square", (Robot(Disc(0.2), Limits(1.0, 2.0), State((0, 0), (0, 0)), goal),), duration=30.0), "nao"
+    )
+    assert run.arrived[0] >= 0.95 * goal.length
 
 
 def test_a_fleet_follows_paths_as_a_navigator_and_goes_on_from_a_copy() -> None:

@@ -902,9 +902,8 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     ),
     r"paths: expected 2, found 1": lambda _: pair().step(0.0, PLACES, PLACES, paths=[ROUTE]),
     r"points: expected an array \(n, 2\) or \(n, 3\) with n >= 2, found shape \(1, 2\)": lambda _: PathGoal([(0, 0)]),
-    r"points: expected different ones, found points 1 and 2 both at \[1. 1.\]": lambda _: PathGoal(
-        [(0, 0), (1, 1), (1, 1)]
-    ),
+    r"laps: expected 1 for a path from \[0. 0.\] to \[1. 0.\], found 2": lambda _: PathGoal([(0, 0), (1, 0)], laps=2),
+    r"points: expected different ones, found all at \[1. 1.\]": lambda _: PathGoal([(1, 1), (1, 1)]),
     r"speeds: expected one or 2, found .* \(3,\)": lambda _: route([1, 2, 3]),
     r"speeds: expected values above 0, .* found -1 m/s": lambda _: route([1, -1]),
     r"speeds: expected values above 0, .* found 0 m/s": lambda _: route(0.0),

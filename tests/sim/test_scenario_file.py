@@ -385,7 +385,8 @@ def test_a_value_in_place_of_a_mapping(tmp_path: Path) -> None:
         "  goal: {path: @[[0, 0], [1, 0]]}}\n"
         "obstacles: [{shape: @{kind: poligon}, trajectory: {kind: stationary, position: [9, 0]}}]\n",
         "robot.shape: expected a mapping with the key kind; found 'poligon'",
-        "robot.goal.path: expected a mapping with the keys points, speeds, lookahead; found [[0, 0], [1, 0]]",
+        "robot.goal.path: expected a mapping with the keys points, speeds, lookahead, laps, cut; "
+        "found [[0, 0], [1, 0]]",
         f"obstacles.0.shape: expected a kind among {', '.join(map(repr, SHAPES))}, found 'poligon'; "
         "did you mean 'polygon'?",
     )

@@ -152,6 +152,8 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "points": "[m] of the polyline",
         "speeds": "[m/s] one, or one for each point",
         "lookahead": "[s] of driving from the robot to its target on the path",
+        "laps": "how often a closed path is driven",
+        "cut": "[m] by which corners may be cut; by default half the radius of the robot",
     },
     "HalfSpaceSpec": {"normal": "direction", "offset": "normal . x is at most this"},
     "ObstacleSpec": {

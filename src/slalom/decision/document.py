@@ -81,7 +81,10 @@ def goal_to_plain(goal: Goal, where: str) -> dict[str, Any]:
     """A goal with the keys of scenario files: its path or its trajectory, and its end."""
     ends = {"tolerance": goal.tolerance, "stop": bool(goal.stop)}
     if isinstance(goal, PathGoal):
-        return {"path": {name: to_plain(getattr(goal, name)) for name in ("points", "speeds", "lookahead")}, **ends}
+        return {
+            "path": {name: to_plain(getattr(goal, name)) for name in ("points", "speeds", "lookahead", "laps", "cut")},
+            **ends,
+        }
     return {"trajectory": to_plain(goal.trajectory, TRAJECTORIES, where), **ends}
 
 

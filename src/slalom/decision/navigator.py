@@ -193,8 +193,7 @@ class Navigator(Settings):
         window = self.predict(around, state, now)
         check_dimensions(self.robot, state, window, others)
         previous = on_way_to(previous, goal)
-        progress = None if previous is None else previous.progress
-        step = self.step_along(goal, state, window, progress) if isinstance(goal, PathGoal) else None
+        step = self.step_along(goal, state, window, now, previous) if isinstance(goal, PathGoal) else None
         request = Request(robot, around, others, state, goal, step, now, previous, limit)
         if isinstance(robot.objective, Arrive):
             velocity = velocity_along(state, request.target, self.limits, now)
@@ -212,21 +211,25 @@ class Navigator(Settings):
         inputs = DecisionInputs(robot, state, listed_obstacles, given, robots, now, budget, None)
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
-    def step_along(self, goal: PathGoal, state: State, window: ObstacleWindow, progress: float | None) -> PathStep:
-        """The target of a robot on a path, and the largest speed allowed there.
-
-        progress: [m] along the path at the last decision; None: it is at the nearest point of the whole path.
-        """
+    def step_along(
+        self, goal: PathGoal, state: State, window: ObstacleWindow, now: float, previous: Decision | None
+    ) -> PathStep:
+        """The target of a robot on a path `now` [s] after the `previous` decision, and the largest speed allowed."""
         around = self._alone.reach(state)
-        return goal.step(
+        step = goal.step(
             state.position,
-            progress,
+            None if previous is None else previous.progress,
             self.limits.max_speed,
             PATH_BRAKING * self.limits.braking,
             self.period,
             self.robot.bounding_radius,
             lambda points: window.covered(points, self.robot, self.margin, around),
+            lambda points: window.covered(points, self.robot, 0.0, around),
+            # As of the commitment: a file has no more of the decision before.
+            None if previous is None else now - previous.commitment.decision.decided_at,
         )
+        goal.note(now, state.position, step.progress, self.limits.max_speed)
+        return step
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
         """Decision that avoids all obstacles of the window without those given up (n,)."""

@@ -54,6 +54,7 @@ class Destinations:
         self._goals: tuple[Goal, ...] = ()
         self._paths = dict[int, PathGoal]()
         self.guided, self._until = False, -np.inf
+        self._before = -np.inf  # [s] of the last step
         self._same = self._moving = np.zeros(len(self.progress), np.bool_)
         self.motion, _ = target_paths([], 0.0, 1.0)
 
@@ -146,8 +147,10 @@ class Destinations:
         each["final"] = (guide.target == guide.goal).all(axis=1)
         each["moving"] &= each["final"]
 
-    def follow(self, table: RobotTable, policies: Sequence[Policy], window: Callable[[Policy], ObstacleWindow]) -> None:
-        """Give robots with paths the targets and maximum speeds of their next step among obstacles, by policy."""
+    def follow(
+        self, table: RobotTable, now: float, policies: Sequence[Policy], window: Callable[[Policy], ObstacleWindow]
+    ) -> None:
+        """Give robots with paths the targets and maximum speeds of their step `now` [s] among obstacles, by policy."""
         if not self._paths:
             return
         each = table.each
@@ -157,9 +160,10 @@ class Destinations:
             around = None
             for k in [k for k in policy.rows.tolist() if k in self._paths]:
                 around = window(policy) if around is None else around
-                self._follow(table, k, self._paths[k], around)
+                self._follow(table, now, k, self._paths[k], around)
+        self._before = now
 
-    def _follow(self, table: RobotTable, k: int, path: PathGoal, around: ObstacleWindow) -> None:
+    def _follow(self, table: RobotTable, now: float, k: int, path: PathGoal, around: ObstacleWindow) -> None:
         each, d = table.each, self.members.shapes[k].dimension
         limits, shape = self.members.limits[k], self.members.shapes[k]
         grown_by, larger = self._grown_by[k]
@@ -171,18 +175,14 @@ class Destinations:
             self._period,
             shape.bounding_radius,
             partial(around.covered, robot=grown_by, margin=larger + float(self.members.margins[k])),
+            partial(around.covered, robot=grown_by, margin=larger),
+            now - self._before,
         )
+        path.note(now, each["position"][k, :d].copy(), step.progress, limits.max_speed)
         self.progress[k], each["max_speed"][k] = step.progress, step.max_speed
         each["final"][k] = step.final
         each["target"][k, :d] = step.goal.position(0.0)
         each["tolerance"][k], each["stop"][k] = step.goal.tolerance, step.goal.stop
-        hidden = partial(around.covered, robot=grown_by, margin=larger)
-        seen = _last_in_sight(path, each["position"][k, :d], step.ahead, shape.bounding_radius, hidden)
-        if seen < step.ahead:
-            # A corner hides the target, or others have moved the robot behind an obstacle.
-            self.progress[k] = min(step.progress, seen)
-            each["final"][k] = each["stop"][k] = False
-            each["target"][k, :d] = path.point(seen)
 
     def distances(self, table: RobotTable) -> tuple[Array, Array, Array]:
         """Distances (n,) [m] left to the goals or along the paths, the goals (n, d) [m], and their tolerances."""
@@ -195,23 +195,6 @@ class Destinations:
             targets[k], at = path.points[-1], self.progress[k]
             left[k] = max(path.length - (at or 0.0) - path.tolerance, 0.0)
         return left, targets, tolerances
-
-
-def _last_in_sight(
-    path: PathGoal, position: Array, progress: float, size: float, covered: Callable[[Array], Flags]
-) -> float:
-    """The last progress [m] on a path, up to the given one, to which no obstacle at rest covers the straight way.
-
-    The given one if there is none, or if the robot of `size` [m] at `position` (d,) [m] is on the path.
-    """
-    at = progress
-    while at >= 0.0:
-        way = path.point(at) - position
-        count = int(np.linalg.norm(way) / size)
-        if count < 2 or not covered(position + np.arange(1, count)[:, None] / count * way).any():
-            return at
-        at -= size
-    return progress
 
 
 def _checked_paths(paths: Sequence[PathGoal]) -> Sequence[PathGoal]:

@@ -487,7 +487,7 @@ class Fleet:
         to = self.destinations
         to.set(self.table, now, targets=targets, desired_velocities=desired_velocities, paths=paths, goals=goals)
         to.guide(self.table, now, joined)
-        to.follow(self.table, self.policies, lambda policy: self._window(policy, around, now))
+        to.follow(self.table, now, self.policies, lambda policy: self._window(policy, around, now))
         self.targets = to.motion
         for k in np.flatnonzero(joined).tolist():
             self._begin(k, State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d]), now)

@@ -64,8 +64,12 @@ class Goal:
         exists = ((time >= first) & (time <= last))[..., None]
         return np.asarray(np.where(exists, self.trajectory.velocity(np.clip(time, first, last)), 0.0))
 
-    def reached(self, position: Array, velocity: Array, now: float, heading: float | None = None) -> bool:
+    def reached(
+        self, position: Array, velocity: Array, now: float, heading: float | None = None, progress: float | None = None
+    ) -> bool:
         """Whether a robot in this state at time `now` [s] has arrived; for its motion since see `reached_during`.
+
+        progress: [m] along the path of a `PathGoal` at the last decision.
 
         Raises:
             InvalidInput: no heading [rad], for a goal that has one.
@@ -85,7 +89,13 @@ class Goal:
         return np.asarray(within & (np.linalg.norm(self.velocity(times) - velocities, axis=-1) <= self.tolerance))
 
     def reached_during(
-        self, positions: Array, velocities: Array, accelerations: Array | float, times: Array | float, duration: float
+        self,
+        positions: Array,
+        velocities: Array,
+        accelerations: Array | float,
+        times: Array | float,
+        duration: float,
+        progress: float | None = None,
     ) -> npt.NDArray[np.bool_]:
         """Whether the goal is reached during steps that begin in these states: (...).
 

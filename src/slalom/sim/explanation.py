@@ -119,8 +119,8 @@ def known_at(decision: Decision) -> Known:
     goal = Goal(Stationary(state.position)) if made.goal is None else made.goal
     max_speed = navigator.limits.max_speed
     if isinstance(goal, PathGoal):
-        progress = None if made.previous is None else made.previous.progress
-        step = navigator.step_along(goal, state, blocked.obstacles, progress)
+        before = None if made.previous is None else made.previous.decision
+        step = navigator.step_along(goal, state, blocked.obstacles, made.now, before)
         goal, max_speed = step.goal, step.max_speed
     return Known(navigator, goal, max_speed, blocked, decision.manoeuvre, decision.preferred)
 

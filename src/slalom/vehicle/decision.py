@@ -31,11 +31,13 @@ class Moment(NamedTuple):
 
     Attributes:
         pose: of the vehicle when the decision acts. track: (m, 6) before that, see `VehicleDecision`.
-        state: of the point, at `pose`. plan: its decision there. goal: of the middle of the axle. aim: of the point.
+        state: of the point, at `pose`. plan: its decision there. goal: of the middle of the axle. to: it, or the end of
+            a path that has been driven. aim: of the point.
         window: the obstacles on their predicted trajectories.
         now: [s] when the decision acts. previous: the decision before; None at the start.
         bodies: of the window. gaps: (b,) [m] of the body of the vehicle from each of them.
         stood: see `VehicleDecision`.
+        progress: [m] along a path; None for other goals.
     """
 
     pose: Pose
@@ -44,12 +46,14 @@ class Moment(NamedTuple):
     plan: Decision
     window: ObstacleWindow
     goal: Goal | None
+    to: Goal | None
     aim: Goal | None
     now: float
     previous: "VehicleDecision | None"
     bodies: Bodies
     gaps: Array
     stood: tuple[Array, float]
+    progress: float | None
 
     def at_rest(self, counts: bool) -> "Moment":
         """The same inputs, where contacts with all bodies count while the vehicle is at rest, or with none."""
@@ -119,6 +123,11 @@ class VehicleDecision(Decision):
         return self.plan.commitment
 
     @cached_property
+    def in_the_way(self) -> tuple[str, ...]:
+        """Those of the plan of the point, see `Decision`."""
+        return self.plan.in_the_way
+
+    @cached_property
     def collision(self) -> Collision | None:
         """The first predicted contact of the body: of the plan, if that has one; None for a safe decision."""
         return None if self.safe else self.plan.collision
@@ -166,7 +175,7 @@ def stood(
     It is to move if its last manoeuvre does, or its way has ended before its goal.
     """
     here = pose.motion
-    if goal is None or last is None or goal.reached(pose.position, pose.velocity, now, pose.heading):
+    if goal is None or last is None or goal.reached(pose.position, pose.velocity, now, pose.heading, last.progress):
         return here, now
     ended = last.way is not None and last.way.at[1] == len(last.way.arcs)
     moves = hypot(*last.manoeuvre.velocity(last.acts_at + period)) > REST

@@ -271,10 +271,19 @@ class Driver:
         if self._state is None or before is None or goal is None:
             return goal is before
         if isinstance(before, PathGoal) and isinstance(goal, PathGoal):
-            place = self._state.state.position
-            left, rest = (each.length - each.nearest(place, 0.0, each.length) for each in (goal, before))
+            place, known = self._state.state.position, self._progress_on(before)
+            if goal.is_way_of(before):
+                return True
+            left = goal.length - goal.begun(place)
+            rest = before.length - (before.begun(place) if known is None else known)
             return left <= rest + OTHER_WAY and dist(goal.points[-1], before.points[-1]) <= goal.tolerance
         return type(before) is type(goal) and same_goal(before, goal, self._state.t)
+
+    def _progress_on(self, goal: Goal) -> float | None:
+        """The progress [m] of the last decision on the way to a path; None for another one."""
+        last = self._on_way
+        to = None if last is None else getattr(last, "goal", last.inputs.goal)
+        return last.progress if isinstance(goal, PathGoal) and goal.is_way_of(to) else None
 
     def command(self, now: float, obstacles: Obstacles = (), **further: Any) -> Drive:
         """The command for the period from `now` [s] on.
@@ -398,7 +407,7 @@ class Driver:
         if self.arrived and goal.stop:
             self.arrived = float(np.linalg.norm(goal.position(now) - state.position)) <= 2.0 * goal.tolerance
         else:
-            self.arrived = self.arrived or goal.reached(*there)
+            self.arrived = self.arrived or goal.reached(*there, self._progress_on(goal))
         if self._recovery and (self.arrived or now >= self._recovery.until or self._recovery.goal.reached(*there)):
             self._recovery = None
         return (DriveStatus.ARRIVED if self.arrived else DriveStatus.DRIVING), ""

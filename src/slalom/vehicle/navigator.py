@@ -46,7 +46,7 @@ from slalom.vehicle.decision import (
     stood,
 )
 from slalom.vehicle.sweep import Scene, convex_bodies
-from slalom.vehicle.vehicle import POSE, Bicycle, Command, DifferentialDrive, Pose, Vehicle, pose_of
+from slalom.vehicle.vehicle import POSE, Bicycle, Command, DifferentialDrive, Pose, Vehicle, path_of_point, pose_of
 from slalom.vehicle.ways import (
     OFF_WAY,
     Following,
@@ -298,10 +298,29 @@ class VehicleNavigator(SharedSettings):
         same_dimension(window.dimension, 2, "obstacles", "pose")
         bodies = window.bodies(Disc(self.rounding))
         gaps = kernels.pose_gaps(pose.motion[:3], self.corners, bodies, bodies.hulls)
-        aim = None if goal is None else self.vehicle.goal(pose, goal, acts)
+        to, progress = goal, 0.0
+        known, lengths = None, np.zeros(1)
+        if isinstance(goal, PathGoal):
+            if previous is not None and goal.is_way_of(previous.goal):
+                known = previous.progress
+            progress = goal.begun(pose.position, self._navigator.robot.bounding_radius) if known is None else known
+            # Others than drives come to the end along the path, and would drive loops for what is left.
+            ends = progress >= goal.length - goal.tolerance
+            to = goal.end if ends and (self.vehicle.turns_on_spot or goal.heading is not None) else goal
+        aim = None if to is None else self.vehicle.goal(pose, to, acts)
+        if isinstance(goal, PathGoal) and isinstance(aim, PathGoal):
+            wheels = self.vehicle.wheels
+            lengths = path_of_point(goal, wheels.lever, self.vehicle.least_radius, not wheels.steered)[1]
+            aim = aim if known is not None else aim.begun_at(float(np.interp(progress, lengths, aim.lengths)))
         commitment = None if previous is None else previous.plan
         plan = self._navigator.decide(state, obstacles, aim, now=acts, previous=commitment, **further)
-        return Moment(pose, track[:-1], state, plan, window, goal, aim, acts, previous, bodies, gaps, rests)
+        if isinstance(aim, PathGoal) and plan.progress is not None:
+            progress = float(np.interp(plan.progress, aim.lengths, lengths))
+        if isinstance(goal, PathGoal):
+            goal.note(now, pose.position, progress, self.vehicle.limits.max_speed)
+        way = progress if isinstance(goal, PathGoal) else None
+        place = track[:-1], state, plan, window
+        return Moment(pose, *place, goal, to, aim, acts, previous, bodies, gaps, rests, way)
 
     def _chosen(self, moment: Moment) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps nothing."""
@@ -338,10 +357,13 @@ class VehicleNavigator(SharedSettings):
     def _improvement(self, moment: Moment, plan: Proposal, way: Array) -> float:
         """The cost [m] below which a held motion replaces a clear one; -inf: none does.
 
-        A clear motion is kept that comes nearer to the goal as it should, and every one close to the goal.
+        A clear motion is kept that comes nearer to the goal as it should, and every one close to the goal. On a path it
+        leads to a point ahead and no farther, so every one is kept with which the vehicle makes progress.
         """
         left = hypot(*(way[-1] - moment.pose.position))
-        if moment.goal is None or left <= moment.goal.tolerance + 2.0 * self.vehicle.turning_radius:
+        if moment.to is None or left <= moment.to.tolerance + 2.0 * self.vehicle.turning_radius:
+            return -np.inf
+        if isinstance(moment.to, PathGoal) and moment.plan.stalled < self.reverse_after:
             return -np.inf
         now, then = self._cost(plan.motions[:1], way), self._cost(plan.motions, way)
         free = min(self.horizon * self.vehicle.limits.max_speed, now)
@@ -353,7 +375,7 @@ class VehicleNavigator(SharedSettings):
         The way that it is on comes first, also slowly and with a stop on it; then direct ones. A vehicle that stands,
         and is not on its way, searches among the obstacles at rest.
         """
-        goal, previous = moment.goal, moment.previous
+        goal, previous = moment.to, moment.previous
         motion = moment.pose.motion
         if goal is None or isinstance(goal, PathGoal) or not is_direct(self.vehicle, goal, moment.now):
             return None, None
@@ -514,17 +536,12 @@ class VehicleNavigator(SharedSettings):
 
         Of a path what is left of it up to the horizon, of another goal its position.
         """
-        goal, plan = moment.goal, None if moment.previous is None else moment.previous.plan
+        goal = moment.to
         if goal is None:
             return moment.pose.position[None]
-        if not isinstance(goal, PathGoal):
+        if moment.progress is None or not isinstance(goal, PathGoal):
             return goal.position(moment.now)[None]
-        before = 0.0 if plan is None or plan.progress is None else plan.progress
-        at = goal.nearest(moment.pose.position, max(0.0, before - self.vehicle.lever), goal.length)
-        end = min(at + self.horizon * self.vehicle.limits.max_speed, goal.length)
-        knots = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(goal.points, axis=0).T))])
-        inner = goal.points[(knots > at) & (knots < end)]
-        return np.vstack([goal.point(at), inner, goal.point(end)])
+        return goal.between(moment.progress, moment.progress + self.horizon * self.vehicle.limits.max_speed)
 
     def _leaving(self, moment: Moment, overlapped: Array) -> VehicleDecision:
         """The decision of a vehicle whose body overlaps obstacles: no deeper into any, else by as little as possible.
@@ -637,7 +654,7 @@ class VehicleNavigator(SharedSettings):
             no_way = previous.no_way if same_goal(previous.goal, moment.goal, moment.now) else None
         times = moment.now + self.period * np.arange(len(motions))
         track = np.concatenate([moment.track, np.column_stack([times, motions])])
-        known = {**plan.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome}
+        known = {**plan.__dict__, "manoeuvre": proposal.manoeuvre, "outcome": outcome, "progress": moment.progress}
         known["approach"] = self._approach(moment, plan.approach)
         stands = moment.now - self.vehicle.delay - moment.stood[1]
         return VehicleDecision(
@@ -664,7 +681,7 @@ class VehicleNavigator(SharedSettings):
         last = None if moment.previous is None else moment.previous.approach
         turn = max(abs(kernels.wrapped(pose.heading - goal.heading)) - goal.heading_tolerance, 0.0)
         state, fastest = State(pose.position, pose.velocity), self.vehicle.limits.max_speed
-        return approach_of(goal, state, None, fastest, moment.now, last, self.vehicle.lever * turn)
+        return approach_of(goal, state, moment.progress, fastest, moment.now, last, self.vehicle.lever * turn)
 
     def _contact(self, moment: Moment, motions: Array, keep: Array) -> float:
         """Time [s] of the first contact of the body on motions (k, 5), `keep` (b,) [m] being kept."""

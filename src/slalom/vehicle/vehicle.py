@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import atan, cos, hypot, pi, sin, sqrt, tan
 from typing import Annotated, Final, NamedTuple
 
@@ -23,6 +23,7 @@ from slalom.base.checks import (
     vector,
 )
 from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import DIVISOR_FLOOR
 from slalom.kernels.vehicle.wheels import Wheels
 from slalom.model.bounds import HeadingCone, TurningRadius
 from slalom.model.goal import Goal
@@ -38,6 +39,17 @@ Larger: an axle beside its goal is left there. Smaller: the vehicle turns on the
 POINT_TOLERANCE: Final = 0.5
 """[1] Tolerance of the goal of the point ahead of the axle, in tolerances of the goal of the axle. The rest is left for
 the heading at the goal. Larger: the axle may stop short of its tolerance. Smaller: slower arrivals."""
+
+ARC_STEP: Final = pi / 16.0
+"""[rad] Parts of arcs at corners of a path. They differ by a two-hundredth of the radius. Larger: the vehicle passes
+beside its path. Smaller: more points."""
+
+STEERED_AHEAD: Final = 0.6
+"""[1] The point of a steered vehicle is this far ahead on the course of its path, in distances of it from the axle. 0:
+the axle is inside of turns. 1: it is on them while the steering keeps up, and else outside."""
+
+CUSP: Final = 5.0 * pi / 6.0
+"""[rad] A turn from which on a path turns back at a point. Larger: bicycles drive loops there. Smaller: they stop."""
 
 POSE: Final = (("position", "heading", "speed", "turn"), "a Pose")
 """For checks, see `checks.STATE`."""
@@ -97,18 +109,17 @@ class Command(NamedTuple):
     turn: float
 
 
-def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bool) -> Goal:
+def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bool, radius: float = 0.0) -> Goal:
     """Goal of a point `ahead` [m] of the axle that brings the axle to `goal`.
 
     The point goes as far beyond the goal as it is ahead of the axle, seen from the axle. Within a distance of two times
-    `ahead` a vehicle that `reverses` may also come from the other side. Close to the goal its heading is kept.
+    `ahead` a vehicle that `reverses` may also come from the other side. Close to the goal its heading is kept. For a
+    path see `path_of_point`.
     """
     has(pose, *POSE, "pose")
     has(goal, *GOAL, "goal")
     if isinstance(goal, PathGoal):
-        last = goal.points[-1] - goal.points[-2]
-        points = np.concatenate([goal.points[:-1], goal.points[-1:] + ahead * last / hypot(*last)])
-        return PathGoal(points, goal.speeds, POINT_TOLERANCE * goal.tolerance, goal.stop, lookahead=goal.lookahead)
+        return path_of_point(goal, ahead, radius, reverses)[0]
     direction, displacement = pose.direction, goal.position(now) - pose.position
     if reverses and hypot(*displacement) < 2.0 * ahead and displacement @ direction < 0.0:
         displacement = -displacement
@@ -116,6 +127,40 @@ def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bo
     length = hypot(*beyond)
     offset = ahead * (beyond / length if length > 0.0 else direction)
     return Goal(moved(goal.trajectory, offset), POINT_TOLERANCE * goal.tolerance, goal.stop)
+
+
+@lru_cache(maxsize=64)
+def path_of_point(goal: PathGoal, ahead: float, radius: float, turns: bool) -> tuple[PathGoal, Array]:
+    """The path of a point `ahead` [m] of an axle that drives a path, and the lengths (m,) [m] of that at its knots.
+
+    At corners the axle drives arcs that cut them by half the cut of the path, or more with its least `radius` [m], up
+    to the middle of the parts beside them. At a cusp it turns on the spot. turns: whether the vehicle can do that.
+    """
+    knots, legs = goal.knots, np.diff(goal.lengths)
+    steps = np.diff(knots[:, :2], axis=0)
+    course = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    change = np.diff(course)
+    half = np.cos(0.5 * change)
+    bend = np.maximum(0.5 * goal.cut_of(ahead) * half / np.maximum(1.0 - half, DIVISOR_FLOOR), radius)
+    before = np.minimum(bend * np.abs(np.tan(0.5 * change)), 0.5 * np.minimum(legs[:-1], legs[1:]))
+    before = np.where(np.abs(change) > CUSP, 0.0, before)
+    counts = np.concatenate([[1], np.ceil(np.abs(change) / ARC_STEP).astype(np.int64) + 1, [1]])
+    of, first = np.repeat(np.arange(len(knots)), counts), np.cumsum(counts) - counts
+    share = (np.arange(len(of)) - first[of]) / np.maximum(counts[of] - 1, 1)
+    before, change = (np.concatenate([[0.0], each, [0.0]])[of] for each in (before, change))
+    begin, turned = course[np.maximum(of - 1, 0)], share * change
+    # From the begin of an arc with the radius r, r sin and r (1 - cos) of the angle ahead and aside.
+    bend = before / np.where(change == 0.0, 1.0, np.tan(0.5 * change))
+    along, aside = bend * np.sin(turned) - before, bend * (1.0 - np.cos(turned))
+    off = np.where((of == len(knots) - 1) | turns, ahead, STEERED_AHEAD * ahead)
+    along, aside = along + off * np.cos(turned), aside + off * np.sin(turned)
+    points = knots[of]
+    points[:, 0] += along * np.cos(begin) - aside * np.sin(begin)
+    points[:, 1] += along * np.sin(begin) + aside * np.cos(begin)
+    speeds = None if goal.squares is None else np.sqrt(goal.squares[of])
+    tolerance = POINT_TOLERANCE * goal.tolerance
+    of_point = PathGoal(points, speeds, tolerance, goal.stop, lookahead=goal.lookahead, cut=goal.cut)
+    return of_point, (goal.lengths[of] + before * (2.0 * share - 1.0))[of_point.kept]
 
 
 def checked_lags(lag: float | tuple[float, float], name: str) -> tuple[float, float]:
@@ -226,7 +271,7 @@ class Vehicle(ABC):
 
     def goal(self, pose: Pose, goal: Goal, now: float = 0.0) -> Goal:
         """Goal of the point that brings the middle of the axle to `goal`."""
-        return goal_of_point(pose, goal, self.lever, now, self.reverses)
+        return goal_of_point(pose, goal, self.lever, now, self.reverses, self.least_radius)
 
     def command(self, motion: Array, end: Array) -> Command:
         """Command after which speed and turn are those of the motion `end` (5,), a period after `motion` (5,)."""

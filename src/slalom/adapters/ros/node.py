@@ -17,11 +17,13 @@ from slalom.adapters.ros.messages import (
     Placed,
     Placement,
     grid_cells,
+    heading_of,
     markers,
     nanoseconds,
     occupancy_grid,
     odometry,
     placed_in,
+    rotation,
     seconds,
     xyz,
 )
@@ -248,18 +250,25 @@ class Node:
         self._known, self._map = known, Placed(frame, lambda place: placed_in(known, place))
 
     def _take_goal(self, message: Any) -> None:
-        """The goal of a pose or a path."""
-        poses = [each.pose for each in message.poses] if hasattr(message, "poses") else [message.pose]
+        """The goal of a pose or a path; for a vehicle with the heading of the last pose.
+
+        A quaternion of zeros is no heading, nor are those of a path of which none turns: many planners set none.
+        """
+        is_path = hasattr(message, "poses")
+        poses = [each.pose for each in message.poses] if is_path else [message.pose]
         if not poses:
             raise InvalidInput("path.poses: expected at least one pose, found none")
         points = np.array([xyz(pose.position, "goal.position")[:2] for pose in poses])
-        # Planners repeat poses, for example to turn on the spot.
-        points = points[[True, *np.any(np.diff(points, axis=0) != 0.0, axis=1).tolist()]]
+        set_ones = [each for each in (pose.orientation for pose in poses) if any(getattr(each, k) for k in "xyzw")]
+        headings = [heading_of(rotation(each, "goal.orientation")) for each in set_ones]
+        wheels = isinstance(self.driver.navigator, VehicleNavigator)
+        heads = wheels and len(headings) == len(poses) and (not is_path or any(headings))
 
         def placed(place: Placement) -> Goal:
-            if len(points) == 1:
-                return Goal(Stationary(place.point(points[0])), self.tolerance, self.stop)
-            return PathGoal(place.point(points), None, self.tolerance, self.stop)
+            heading = place.heading + headings[-1] if heads else None
+            if np.all(points == points[0]):
+                return Goal(Stationary(place.point(points[0])), self.tolerance, self.stop, heading)
+            return PathGoal(place.point(points), None, self.tolerance, self.stop, heading=heading)
 
         self._head_for(Placed(message.header.frame_id, placed))
 

@@ -266,27 +266,35 @@ TINY = 1e-12
 
 
 @kernel
-def way_left(m: Array, way: Array, radius: float) -> float:
-    """Way [m] to the end of a polyline (n, 2) [m] from a motion (5,).
+def way_left(m: Array, way: Array, radius: float, driven: float) -> float:
+    """Way [m] to the end of a polyline (n, 2) [m] from a motion (5,) after `driven` [m] from its start.
 
-    It is the distance from the polyline, the rest of it, and what the heading has to turn, with a `radius` [m], towards
-    the place on it that is a radius ahead.
+    It is the distance from the part of the polyline that may be driven so far, the rest of it, and what the heading has
+    to turn, with a `radius` [m], towards the place on it that is a radius ahead. So parts that come back near the start
+    are not nearer along the way.
     """
     n = len(way) - 1
-    best = np.hypot(way[n, 0] - m[0], way[n, 1] - m[1])
+    rest = 0.0
+    for j in range(n):
+        rest += np.hypot(way[j + 1, 0] - way[j, 0], way[j + 1, 1] - way[j, 1])
+    begin = rest
+    best = np.hypot(way[n, 0] - m[0], way[n, 1] - m[1]) if begin <= driven else np.inf
     best_left = 0.0
     left = 0.0
     for j in range(n - 1, -1, -1):
         dx = way[j + 1, 0] - way[j, 0]
         dy = way[j + 1, 1] - way[j, 1]
         square = dx * dx + dy * dy
-        share = min(1.0, max(0.0, ((m[0] - way[j, 0]) * dx + (m[1] - way[j, 1]) * dy) / max(square, TINY)))
         length = np.sqrt(square)
-        off = np.hypot(m[0] - way[j, 0] - share * dx, m[1] - way[j, 1] - share * dy)
-        rest = left + (1.0 - share) * length
-        if off + NEARER * rest < best + NEARER * best_left:
-            best = off
-            best_left = rest
+        begin = begin - length if j > 0 else 0.0
+        if begin <= driven:
+            share = ((m[0] - way[j, 0]) * dx + (m[1] - way[j, 1]) * dy) / max(square, TINY)
+            share = min(1.0, (driven - begin) / max(length, 1e-300), max(0.0, share))
+            off = np.hypot(m[0] - way[j, 0] - share * dx, m[1] - way[j, 1] - share * dy)
+            rest = left + (1.0 - share) * length
+            if off + NEARER * rest < best + NEARER * best_left:
+                best = off
+                best_left = rest
         left += length
     x = way[n, 0]
     y = way[n, 1]
@@ -309,9 +317,18 @@ def way_left(m: Array, way: Array, radius: float) -> float:
 def least_left(motions: Array, way: Array, radius: float) -> float:
     """The least way [m] that is left on motions (k, 5), see `way_left`."""
     least = np.inf
+    driven = 0.0
     for k in range(len(motions)):
-        least = min(least, way_left(motions[k], way, radius))
+        driven += step_length(motions, k)
+        least = min(least, way_left(motions[k], way, radius, driven))
     return least
+
+
+@kernel
+def step_length(motions: Array, k: int) -> float:
+    """Distance [m] of motion k from the one before; 0 for the first one."""
+    before = max(k - 1, 0)
+    return float(np.hypot(motions[k, 0] - motions[before, 0], motions[k, 1] - motions[before, 1]))
 
 
 @kernel
@@ -322,8 +339,12 @@ def window_costs(w: Wheels, start: Array, window: Array, count: int, way: Array,
     """
     found = np.empty((len(window), 2))
     for i in range(len(window)):
-        end = held(w, start, window[i, 0], window[i, 1], int(window[i, 2]), count)[count]
-        found[i, 0] = way_left(end, way, radius)
+        motions = held(w, start, window[i, 0], window[i, 1], int(window[i, 2]), count)
+        driven = 0.0
+        for k in range(count + 1):
+            driven += step_length(motions, k)
+        end = motions[count]
+        found[i, 0] = way_left(end, way, radius, driven)
         found[i, 1] = np.hypot(end[0] - start[0], end[1] - start[1])
     return found
 

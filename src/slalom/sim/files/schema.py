@@ -159,6 +159,8 @@ class PathSpec(Model):
     points: list[Vector]
     speeds: FiniteFloat | list[FiniteFloat] | None = None
     lookahead: Positive = 1.0
+    laps: Annotated[int, Field(ge=1)] = 1
+    cut: Positive | None = None
 
 
 class GoalSpec(Built):
@@ -180,9 +182,9 @@ class GoalSpec(Built):
         if self.route and self.position is None:
             raise InvalidInput(f"expected a position with route, found {found[0]}")
         if self.path is not None:
-            return PathGoal(
-                self.path.points, self.path.speeds, self.tolerance, self.stop, lookahead=self.path.lookahead
-            )
+            path = self.path
+            further: dict[str, Any] = {"lookahead": path.lookahead, "laps": path.laps, "cut": path.cut}
+            return PathGoal(path.points, path.speeds, self.tolerance, self.stop, **further)
         if self.trajectory is not None:
             return Goal(self.trajectory.build(), self.tolerance, self.stop)
         assert self.position is not None

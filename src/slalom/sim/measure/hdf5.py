@@ -179,8 +179,9 @@ def load_goal(group: Group) -> Goal:
     if path is None:
         return Goal(trajectory, tolerance, bool(stop))
     speeds = numbers(path.datasets, "speeds") if "speeds" in path.datasets else None
-    lookahead = scalar(path.attributes, "lookahead")
-    return PathGoal(numbers(path.datasets, "points"), speeds, tolerance, bool(stop), lookahead=lookahead)
+    further: dict[str, Any] = {name: scalar(path.attributes, name) for name in path.attributes}
+    further |= {"laps": round(further.get("laps", 1))}  # files of older versions have no laps and no cut
+    return PathGoal(numbers(path.datasets, "points"), speeds, tolerance, bool(stop), **further)
 
 
 def load_limits(group: Group, dimension: int) -> Limits:

@@ -74,6 +74,7 @@ class SingleRobotDecider:
         else:
             obstacles = self._table
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)
+        self.states.progress[0] = self.decision.progress
         return Decisions({0: self.decision.outcome.name}, {0: perf_counter() - before})
 
     def decide_in(self, state: State, now: float) -> Decision:
@@ -146,6 +147,7 @@ class FleetDecider:
             accelerations=states.acceleration[:, :d],
             present=states.present,
         )
+        states.progress = self.fleet.destinations.progress
         outcomes = {k: outcome.name for k, outcome in enumerate(found.outcomes) if outcome is not None}
         return Decisions(outcomes, dict.fromkeys(outcomes, (perf_counter() - before) / max(len(outcomes), 1)))
 
@@ -187,7 +189,6 @@ class PeerDecider:
         self._walls = outlines(scenario.obstacles, walls=peer.walls, growth=self._growth)
         self._period = scenario.dt * scenario.steps_per_decision
         self._paths = {k: robot.goal for k, robot in enumerate(scenario.robots) if isinstance(robot.goal, PathGoal)}
-        self._progress: list[float | None] = [None] * len(scenario.robots)
         self._goals = [robot.goal for robot in scenario.robots]
         self._limits = [robot.limits for robot in scenario.robots]
         self._table = ObstacleTable(scenario.obstacles if self._paths else ())
@@ -217,14 +218,15 @@ class PeerDecider:
             robot, path = self.scenario.robots[k], self._paths[k]
             step = path.step(
                 self.states.state(k).position,
-                self._progress[k],
+                self.states.progress[k],
                 robot.limits.max_speed,
                 PATH_BRAKING * robot.limits.braking,
                 self._period,
                 robot.shape.bounding_radius,
                 partial(window.covered, robot=robot.shape, margin=self.scenario.margin_of(k)),
+                partial(window.covered, robot=robot.shape, margin=0.0),
             )
-            self._progress[k], self._goals[k] = step.progress, step.goal
+            self.states.progress[k], self._goals[k] = step.progress, step.goal
             self._limits[k] = replace(robot.limits, max_speed=step.max_speed)
 
     def decide(self, now: float) -> Decisions:

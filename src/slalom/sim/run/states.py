@@ -45,6 +45,7 @@ class RobotStates:
         present: (n,) whether a robot is in the scene. A robot that passes its goal without a stop leaves it there.
         appeared: (n,) [s] absolute time from which a robot is in the scene, inf before it (see `appearance`). Until
             then it rests at its place.
+        progress: [m] of each robot along its path at its last decision; None before it, and without a path.
         arrivals_are_final: whether a robot counts as arrived for good. Otherwise its arrival is lost at ARRIVAL_LOST
             times the tolerance from its goal: guidance moves robots away from their goals to let others pass.
     """
@@ -59,6 +60,7 @@ class RobotStates:
         self.velocity = _in_space(np.array([robot.state.velocity for robot in robots]))
         self.acceleration = _in_space(np.array([robot.state.acceleration for robot in robots]))
         self.arrived = np.full(n, np.inf)
+        self.progress: list[float | None] = [None] * n
         self.appeared = np.full(n, scenario.start, dtype=np.float64)
         later = np.flatnonzero(scenario.appearances > scenario.start)
         self.appeared[later] = np.inf
@@ -114,14 +116,15 @@ class RobotStates:
         goal = self.robots[k].goal
         d = self.dimension
         step = self._step
-        if goal.reached(self.position[k, :d], self.velocity[k, :d], now):
+        progress = self.progress[k]
+        if goal.reached(self.position[k, :d], self.velocity[k, :d], now, progress=progress):
             return True
         if step is None or goal.stop:
             return False
         p = step.position[k, :d]
         v = step.velocity[k, :d]
         a = step.acceleration[k, :d]
-        return bool(goal.reached_during(p, v, a, now - step.duration, step.duration))
+        return bool(goal.reached_during(p, v, a, now - step.duration, step.duration, progress))
 
     @property
     def all_arrived(self) -> bool:
