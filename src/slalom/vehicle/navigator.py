@@ -358,15 +358,15 @@ class VehicleNavigator(SharedSettings):
         """The cost [m] below which a held motion replaces a clear one; -inf: none does.
 
         A clear motion is kept that comes nearer to the goal as it should, and every one close to the goal. On a path it
-        leads to a point ahead and no farther, so every one is kept with which the vehicle makes progress.
+        should as a plan among obstacles at rest does, which leads to a point ahead and is slow before corners.
         """
         left = hypot(*(way[-1] - moment.pose.position))
         if moment.to is None or left <= moment.to.tolerance + 2.0 * self.vehicle.turning_radius:
             return -np.inf
-        if isinstance(moment.to, PathGoal) and moment.plan.stalled < self.reverse_after:
-            return -np.inf
         now, then = self._cost(plan.motions[:1], way), self._cost(plan.motions, way)
         free = min(self.horizon * self.vehicle.limits.max_speed, now)
+        if now - then < SLOW * free and isinstance(moment.to, PathGoal):
+            free = now - self._cost(self._alone(moment), way)
         return then - GAIN * free if now - then < SLOW * free else -np.inf
 
     def _on_way(self, moment: Moment, keep: Array) -> tuple[Proposal | None, WayFound | None]:
@@ -627,9 +627,7 @@ class VehicleNavigator(SharedSettings):
         """Whether a vehicle makes no progress, and would not drive among obstacles at rest alone."""
         if moment.plan.stalled < self.reverse_after or moment.aim is None:
             return False
-        lasting = [each for each in moment.window.obstacles if each.at_rest]
-        alone = self._navigator.decide(moment.state, lasting, moment.aim, now=moment.now)
-        motions = self._following(moment, alone).motions
+        motions = self._alone(moment)
         if self.period * float(np.abs(motions[:, 3]).sum()) < self.vehicle.lever:
             return True
         return self._contact(moment, motions, np.where(moment.bodies.at_rest, keep, -np.inf)) < np.inf
@@ -638,6 +636,14 @@ class VehicleNavigator(SharedSettings):
     def _reaction(self) -> float:
         """Time [s] from a decision until a vehicle that follows it moves."""
         return self.vehicle.delay + max(self.vehicle.lags) + self.period
+
+    def _alone(self, moment: Moment) -> Array:
+        """The motions (n, 5) that follow a new plan among obstacles at rest alone."""
+        lasting, aim = [each for each in moment.window.obstacles if each.at_rest], moment.aim
+        if isinstance(aim, PathGoal) and moment.plan.progress is not None:
+            aim = aim.begun_at(moment.plan.progress)
+        alone = self._navigator.decide(moment.state, lasting, aim, now=moment.now)
+        return self._following(moment, alone).motions
 
     @property
     def _periods(self) -> int:
