@@ -307,7 +307,7 @@ def test_a_map_and_a_goal_follow_the_transform_of_their_frame():
     shown = grid(np.full((1, 1), 100))
     shown.header = header(frame="map")
     node.receive(shown)
-    node.receive(goal_pose(5.0, 0.0, "map"))
+    node.receive(goal_pose(5.0, 0.0, frame="map"))
     before, first = node.receive(odom(10.0)), node.driver.walls
     assert node.receive(odom(10.1)).decision.inputs.obstacles[0] is first
     node.receive(transform("odom", "map", 0.0, 3.0, 0.0))

@@ -146,7 +146,9 @@ def off(goal: PathGoal, track: np.ndarray) -> float:
     places, at, most = goal.points_at(np.arange(0.0, goal.length - goal.tolerance, 0.05)), 0, 0.0
     for place in places:
         distances = np.linalg.norm(track[at : at + 40] - place, axis=1)
-        at, most = at + int(np.argmin(distances)), max(most, float(distances.min()))
+        # The first place of the track that is about as near: it may pass the place again on its way back.
+        at += int(np.argmax(distances <= distances.min() + 0.05))
+        most = max(most, float(distances.min()))
     return most
 
 
