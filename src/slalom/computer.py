@@ -36,9 +36,6 @@ from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow
 from slalom.perception.crowd import AvoidingCrowd
 
-# Compilation on request: everything that a use of slalom needs, before the first decision needs it.
-
-
 LIMITS = Limits(2.0, 2.0)
 
 
@@ -238,9 +235,6 @@ def _timed(name: str) -> float:
     USES[name]()
     kernels.when_compiling[:] = functions
     return perf_counter() - before
-
-
-# Counted work per second of a computer, which relates the budget of a decision to time.
 
 
 WORK_DECISIONS: Final = 300

@@ -76,9 +76,6 @@ def process(*tokens: str, module: bool = False, **settings) -> Said:
     return Said(done.returncode, done.stdout, but_notice(done.stderr))
 
 
-# run
-
-
 @pytest.mark.parametrize(
     "scenario", draws(["scene.yaml", *(name for name in NAMES if name != "recorded_roundabout")], 8)
 )
@@ -189,9 +186,6 @@ def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
     for at, shown in (("0", "0.0 s after the start"), ("1.04", "1.0 s after the start")):
         assert say("run", "scene.yaml", "--set", "duration=2", "--figure", "a.svg", "--at", at).code == 1
         assert shown in Path("a.svg").read_text()
-
-
-# list, decide, compare
 
 
 def test_list(say: Say) -> None:
@@ -609,9 +603,6 @@ def test_compare_fails_when_runs_were_killed(say: Say, monkeypatch: pytest.Monke
     )
 
 
-# show, export-scenario, samples, pages, progress
-
-
 def test_show_says_what_run_said(say: Say) -> None:
     """Of the file alone, with the same figure; folders are made."""
     said = say("run", "scene.yaml", "--out", "a/b/run.h5", "--figure", "c/run.svg", "--json")
@@ -742,8 +733,6 @@ def test_long_commands_say_how_long_they_take(monkeypatch: pytest.MonkeyPatch, c
             advance(k / 100)
     assert capsys.readouterr().err == ""
 
-
-# Bad input.
 
 LONG = 300 * "a"
 """A name that no file can have."""

@@ -25,7 +25,9 @@ STILL = slalom.Stationary((0.0, 0.0))
 WALL = slalom.Obstacle(slalom.Polyline([(3, -2), (3, 1)], 0.05), STILL, "wall")
 KNOWN = [WALL, *(slalom.Obstacle(slalom.Disc(0.3), slalom.ConstantVelocity((5, y), (-0.3, -0.5))) for y in (2, 3))]
 GOAL = slalom.Goal(slalom.Stationary((8.0, 0.3)), 0.2, stop=True)
-DRIVE = DifferentialDrive(track=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.5, lag=0.1, delay=0.1, min_speed=0.02, min_turn_rate=0.03)
+DRIVE = DifferentialDrive(
+    track=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.5, lag=0.1, delay=0.1, min_speed=0.02, min_turn_rate=0.03
+)
 CAR = Bicycle(
     wheelbase=0.6, max_steering=0.6, max_steering_rate=1.5, max_speed=1.5, max_acceleration=1.0, max_reverse_speed=0.5
 )

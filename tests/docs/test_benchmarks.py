@@ -167,9 +167,6 @@ def test_agents_in_a_building_are_measured(tmp_path: Path) -> None:
     assert done.stdout.count(": left out, because jupedsim") == 2 * (find_spec("jupedsim") is None)
 
 
-# Best settings of baselines.
-
-
 def test_rows_of_baselines_have_the_settings_that_were_found() -> None:
     """In the study of planners and in the table of README, with the scenario and guidance of the row."""
     best = {}

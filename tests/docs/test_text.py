@@ -70,9 +70,6 @@ def length(node: ast.stmt) -> int:
     return (node.end_lineno or node.lineno) - node.lineno + 1
 
 
-# Public names.
-
-
 def order(name: str) -> tuple[int, str]:
     """Constants, then classes, then functions, each by the alphabet: as the formatter sorts them."""
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
@@ -272,9 +269,6 @@ def test_robots_and_obstacles_are_no_persons() -> None:
     }
     assert found.pop(ROOT / "CONTRIBUTING.md")
     assert not {name_of(path) if path in FILES else path.name: words for path, words in found.items() if words}
-
-
-# Lengths and names.
 
 
 def test_modules_and_functions_are_short() -> None:

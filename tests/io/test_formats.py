@@ -64,9 +64,6 @@ def check(tracks: RecordedTracks, rows: Sequence[Row], name: str) -> None:
         np.testing.assert_allclose(track.positions[:, :2], positions, rtol=0, atol=sample.exact)
 
 
-# What holds of every format.
-
-
 def test_every_format_has_a_sample() -> None:
     assert list(SAMPLES) == list(FORMATS)
     for name, row in FORMATS.items():
@@ -392,9 +389,6 @@ def test_agents_of_a_simulated_run() -> None:
     np.testing.assert_allclose(tracks.agents["2"].trajectory.positions, np.stack([times, np.ones(6)], axis=1))
 
 
-# Properties, ids.
-
-
 def text(folder: Path, name: str, content: str) -> Path:
     """A file of this content."""
     path = folder / name
@@ -440,9 +434,6 @@ def test_quoted_cells_may_span_lines(tmp_path: Path) -> None:
     content = 't,id,x,y,kind\n0,1,0,0,"a\nb"\n1,1,0,1,"c, d"\n\n2,1,left,0,e\n'
     with pytest.raises(InvalidFile, match=r"a\.csv:6: x: expected a number, found 'left'"):
         read_recording(text(tmp_path, "a.csv", content))
-
-
-# What is particular to a format.
 
 
 def test_obsmat(tmp_path: Path) -> None:
@@ -663,9 +654,6 @@ def test_other_scenarios_are_refused(old: str, new: str, message: str, tmp_path:
         read_recording(path)
 
 
-# Latitude and longitude.
-
-
 @examples(50)
 @given(
     origin=st.tuples(st.floats(-89, 89), st.floats(-180, 180), st.floats(-100, 9000)),
@@ -782,9 +770,6 @@ def test_aircraft_in_space_and_in_the_plane(tmp_path: Path) -> None:
     feet = read_recording(path, origin=(50, 8), altitude_unit=0.3048).agents["4e1234"].trajectory
     np.testing.assert_allclose(feet.positions[0, 2], 304.8, atol=1e-6)
     assert read_recording(path, origin=(50, 8), columns={"altitude": None}).agents["4e1234"].trajectory.dimension == 2
-
-
-# Recordings.
 
 
 @recorded

@@ -17,9 +17,6 @@ LEVELS = 6  # times the search for pockets refines its lattice
 ABSENT = 1e18  # [m^2] stands for the squared distance of an obstacle that is not there; inf would give nan in products
 
 
-# Obstacles: (position, velocity, acceleration) at absolute times t (n,), each (n, d); nan where there is no obstacle.
-
-
 def _taylor(origin, terms, t):
     """Motion with derivatives `terms` = (position, velocity, acceleration) at time `origin`."""
     position, velocity, acceleration = (np.asarray(term, dtype=float) for term in terms)

@@ -129,9 +129,6 @@ KINDS = (*DRAWN, *(_like_the_example(kind) for kind in MOTIONS if kind not in _C
 """Every kind of trajectory that has a formula in `oracle.MOTIONS`."""
 
 
-# Shapes by name, of random proportions; `size` [m] is the radius of a disc that takes about as much room.
-
-
 def _capsule(rng, d, size):
     half, middle = _unit(rng, d) * size * rng.uniform(0.2, 1.2), rng.normal(size=d) * size * 0.3
     if rng.random() < 0.1:
@@ -233,8 +230,6 @@ def _speed(seen, heading, reach, t):
         total = total + reach * np.abs(across) / np.maximum(total, 1e-6) ** 2
     return np.nanmax(total)
 
-
-# Responses by class, for random ones beside those of the method rows.
 
 PARAMETERS = {
     "Velocity": lambda rng: {"ramp": float(rng.choice([0.0, 0.1, 0.5, 1.5]))},

@@ -45,9 +45,6 @@ def generator(seed: int, part: int) -> tuple[np.random.Generator, int]:
     return np.random.default_rng([seed, part]), 2 + part % 2
 
 
-# One robot alone.
-
-
 @each_method
 @each_part
 @few

@@ -54,9 +54,6 @@ def of_every_dimension(makes: Iterable[Callable]) -> list[object]:
     return [make(d) for make in makes for d in (2, 3)]
 
 
-# One test for each kind of part.
-
-
 def test_every_trajectory_is_enrolled() -> None:
     examples = of_every_dimension(parts.TRAJECTORIES.values())
     refuse_missing(TRAJECTORIES.values(), examples, "tests/kit/parts.py TRAJECTORIES", '"name": lambda d: {name}(...)')
@@ -143,9 +140,6 @@ def test_every_class_of_a_room_is_registered() -> None:
                     own = {item.name for item in node.body if isinstance(item, ast.FunctionDef)}
                     message = f"slalom/model/{room}/__init__.py {registry}: expected every kind; add {node.name}"
                     assert not members <= own or node.name in there, message
-
-
-# What an enrolment gives.
 
 
 def in_a_file(part: object, kinds: dict[str, type]) -> str:

@@ -116,8 +116,6 @@ def test_enrolled_parts_fit_their_protocols(d: int) -> None:
         assert shape.dimension == d
 
 
-# Responses
-
 GAUSS_PLACES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -258,9 +256,6 @@ def test_lagged_velocity_is_accurate_for_small_times(t: float, lag: float) -> No
         assert abs(mpmath.mpf(float(image.drift[0])) / spent - 1) < 1e-14
 
 
-# The simulator's step is the prediction
-
-
 @each_response
 @given(data=st.data())
 def test_simulated_steps_follow_the_prediction(response: Response, data: st.DataObject) -> None:
@@ -300,8 +295,6 @@ def test_continuation_is_the_rest_of_the_manoeuvre(response: Response, data: st.
     expected = brute_clearance(rest, np.zeros(scene.dimension))
     assert rest.clearance(scene.controls[1]) == pytest.approx(expected, abs=CERTIFIED + ROUNDING)
 
-
-# Trajectories
 
 WINDOWS = ((-0.87, 6.9), (0.1, 0.4), (0.5, 1.0), (2.0, 5.3))
 """[s] From and to; the third begins and ends with a stamp of the sampled trajectories."""
@@ -383,9 +376,6 @@ def test_smooth_samples_of_quadratic_motion_are_exact(data: st.DataObject) -> No
     times = np.cumsum(data.draw(st.lists(numbers(0.1, 1.0), min_size=3, max_size=8)))
     fine = np.linspace(times[0], times[-1], 101)
     np.testing.assert_allclose(Sampled(times, truth.position(times)).position(fine), truth.position(fine), atol=1e-9)
-
-
-# Forecasts
 
 
 @pytest.mark.parametrize("name", FORECASTS)
@@ -1102,9 +1092,6 @@ def test_clearest_choice_keeps_its_margin_which_is_the_largest(data: st.DataObje
     assert kept >= min(enough, best) - accuracy - CONTACT - CERTIFIED
     nearest = select(preferred, admissible, scene.blocked(response, margin=scene.margin + kept))
     assert nearest.distance == pytest.approx(choice.distance, abs=1e-12)
-
-
-# Limits
 
 
 def within(state: State, limits: Limits) -> State:

@@ -106,8 +106,6 @@ def test_a_window_moved_along_several_stretches_has_the_same_pieces(d: int) -> N
         assert np.array_equal(bodies.heads, np.flatnonzero(np.diff(bodies.pieces.body, prepend=-1)))
 
 
-# Decisions: what comes as a list, as tables or as tracks is the same.
-
 ROBOT = Rectangle(0.8, 0.4)
 GOAL = Goal(Stationary((12.0, 0.0)), 0.5)
 STATE = State((0.0, 0.0), (1.0, 0.0))

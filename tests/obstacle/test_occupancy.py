@@ -142,9 +142,6 @@ def test_a_table_without_cells_is_empty() -> None:
     assert robot.decide(State((0.0, 0.0), (0.5, 0.0)), empty, Goal(Stationary((5.0, 0.0)))).safe
 
 
-# Maps of nav2.
-
-
 def read_by_pixels(pixels: np.ndarray, mode: str, negate: bool, occupied: float, free: float) -> np.ndarray:
     """The values of the cells as nav2_map_server documents them, pixel by pixel, with the last row first."""
     height, width, channels = pixels.shape

@@ -222,9 +222,6 @@ def test_the_drawn_crossing_is_clear_and_the_drawn_exit_hits_no_car() -> None:
     assert np.linalg.norm(done.recording.positions[-1, 0] - goal) < 3.0
 
 
-# The paper's own way of driving.
-
-
 @pytest.mark.parametrize("method", ["ao", "nao"])
 @pytest.mark.parametrize("now", [0.0, 1.7])
 def test_fleet_sees_what_forecasts_see(method: str, now: float) -> None:
@@ -295,9 +292,6 @@ def test_the_latest_collision_is_not_beaten_by_samples() -> None:
     found = float(blocked.time_to_collision(chosen))
     assert found >= float(blocked.time_to_collision(samples).max()) - 0.02
     assert bool(ball.contains(chosen))
-
-
-# The claims.
 
 
 def test_jobs_do_not_change_the_sweep() -> None:
@@ -388,9 +382,6 @@ def test_the_cone_by_hand_and_the_claim() -> None:
     rows = definitions.measure_cone(quick=True)["rows"]
     assert rows[0]["judged_differently"] == 0
     assert min(row["judged_differently"] for row in rows[1:]) > 0
-
-
-# Oscillations between robots.
 
 
 @pytest.fixture(scope="module")

@@ -140,9 +140,6 @@ def test_nothing_is_imported_before_it_is_asked_for():
     assert done.stdout.splitlines()[-1] == "set()"
 
 
-# Laws of every run.
-
-
 @pytest.mark.parametrize("name", draws(PEERS, len(PEERS) // 2))
 def test_runs_are_the_same_every_time(name):
     one, two = (simulate(crowd_of(), peer(name), seed=3) for _ in range(2))
@@ -245,8 +242,6 @@ def test_the_ring_of_fifty():
     assert bare["collisions"] > 10
 
 
-# Parameters.
-
 CHANGED = {
     "orca_limited": {"horizon": 2.0, "neighbours": 3},
     "hrvo": {"time_horizon": 2.0, "max_neighbors": 2},
@@ -344,9 +339,6 @@ def test_the_target_on_a_path_is_that_of_its_step():
     assert free == pytest.approx([0.0, 1.5**0.5])
     assert np.linalg.norm(beside) <= 1.5 + 1e-12
     assert beside[0] > 0.3
-
-
-# What a peer is told, and what is done with its answer.
 
 
 def test_what_a_peer_is_told():
@@ -510,9 +502,6 @@ def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
     chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), preferred, NO_DISCS)[0]
     assert chosen @ preferred[0] > 0.0
     assert chosen[0] * preferred[0, 1] - chosen[1] * preferred[0, 0] == pytest.approx(0.0, abs=1e-5)
-
-
-# The command line.
 
 
 def test_peers_on_the_command_line(capsys, tmp_path):

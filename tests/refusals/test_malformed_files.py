@@ -195,9 +195,6 @@ def test_every_kind_of_file_has_its_mutations() -> None:
     assert CHUNKS * MUTATIONS * len(KINDS) >= 2000
 
 
-# Files made to hang, to crash or to flood.
-
-
 @pytest.mark.parametrize("name", KINDS)
 def test_pipes_and_devices_are_refused_without_opening_them(name: str, tmp_path: Path) -> None:
     kind = KINDS[name]

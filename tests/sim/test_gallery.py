@@ -213,9 +213,6 @@ def test_the_experiments_of_navground():
     assert apart(starts) >= 0.16
 
 
-# One robot.
-
-
 @pytest.mark.parametrize("seed", range(20))
 def test_cars_of_the_roundabout_keep_their_distance(seed):
     """Thirty cars in three lanes, each lane's cars at least 4.5 m of arc apart."""

@@ -281,9 +281,6 @@ def test_the_file_has_the_names_of_navground(saved: tuple[Recording, Path]) -> N
         assert not np.any(run["twists"][..., d])
 
 
-# What is refused.
-
-
 def damaged(path: Path, target: Path, what: str) -> Path:
     """A copy of the file in which something is missing or wrong."""
     target.write_bytes(path.read_bytes())

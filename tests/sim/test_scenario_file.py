@@ -204,8 +204,6 @@ def test_load_takes_files_and_settings(tmp_path: Path) -> None:
         load(path, {"speed": 1.0})
 
 
-# Mistakes.
-
 MISTAKEN = """\
 name: many mistakes
 robot:
@@ -441,8 +439,6 @@ def test_either_a_robot_or_robots(tmp_path: Path) -> None:
     (one,) = mistakes(tmp_path, ROBOT + CROWD)
     assert "robots: expected either this key or robot, found both" in one
 
-
-# Groups.
 
 ONE_BY_ONE = """\
 duration: 2

@@ -29,9 +29,6 @@ import dnv_encounters  # noqa: E402
 KNOT, MILE = 1852.0 / 3600.0, 1852.0
 
 
-# Metrics against slow derivations in plain numbers.
-
-
 def ships(seed: int, others: int = 2, steps: int = 40) -> Recording:
     """A vessel that turns at random among others that keep course and speed."""
     rng = np.random.default_rng(seed)
@@ -196,9 +193,6 @@ def test_a_vessel_without_others_keeps_all_sides() -> None:
     assert metrics.loss_of_well_clear(replace(run, obstacles=())) == 0.0
 
 
-# Well clear against its definition, and against the output of DAIDALUS.
-
-
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.floats(-5000, 5000), min_size=6, max_size=6))
 def test_well_clear_is_that_of_the_definition(numbers: list[float]) -> None:
@@ -252,8 +246,6 @@ def test_intruders_of_daidalus_are_the_volume_of_well_clear(case: int) -> None:
         distance[lost] < intruder.shape.parts[0].radius + scenario.robot.shape.bounding_radius + scenario.margin
     )
 
-
-# Scenario files with cases.
 
 CASES = """\
 name: shared

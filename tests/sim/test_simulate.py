@@ -168,9 +168,6 @@ def test_the_order_of_many_obstacles_does_not_matter() -> None:
     assert same(simulate(one, METHODS["nao"]), simulate(two, METHODS["nao"]))
 
 
-# Times.
-
-
 def test_decisions_are_due_at_every_replan_only() -> None:
     """In between the committed manoeuvre goes on: the recorded control does not change."""
     recording = simulate(scenario(replan=0.5), METHODS["nao"])

@@ -60,9 +60,6 @@ def filled(folder: Path, *cases: Case) -> Store:
     return store
 
 
-# What a result depends on.
-
-
 def test_the_content_of_a_run_is_read_by_people() -> None:
     """Scenario with all its parameters, method, seed, versions."""
     content = case("head_on", "nao", 3, speed=4.0).content
@@ -196,9 +193,6 @@ def test_a_file_that_was_edited_during_a_sweep_is_not_used(tmp_path: Path) -> No
         run_case(one)
 
 
-# What is kept.
-
-
 def test_what_is_kept_is_what_was_measured(tmp_path: Path) -> None:
     """To the bit, under its key, with nothing else in the folder."""
     cases = [case(seed=seed) for seed in range(3)]
@@ -212,9 +206,6 @@ def test_what_is_left_of_a_killed_process_is_not_read(tmp_path: Path) -> None:
     store = filled(tmp_path, case())
     (tmp_path / f".{case(seed=1).key}-0.part").write_text('{"half')
     assert list(store.read([case(), case(seed=1)])) == [case().key]
-
-
-# What former code left.
 
 
 def aged(store: Store, *cases: Case, sources: str = "0" * 64, **changes: object) -> None:

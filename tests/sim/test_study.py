@@ -137,9 +137,6 @@ def test_intervals_are_those_of_the_literature():
         assert high - low == pytest.approx(2 * t * values.std(ddof=1) / np.sqrt(n), rel=4e-3)
 
 
-# Several scenarios.
-
-
 def test_several_scenarios_are_those_one_by_one() -> None:
     """Also the same one twice, and with other methods and seeds."""
     rows = [
@@ -211,9 +208,6 @@ def test_backends_do_not_matter(backend: str) -> None:
         compare("head_on", ["avo"], 4, settings={"duration": 0.5}, jobs=2, backend=name) for name in (None, backend)
     )
     assert json.dumps(one) == json.dumps(two)
-
-
-# Lists of values, seeds of files, and tables.
 
 
 def test_a_grid_has_each_combination_once() -> None:
@@ -318,9 +312,6 @@ def test_tables_are_the_same_as_csv_data_frame_and_latex() -> None:
     assert "scenario: head_on duration=0.3; " in told
 
 
-# Interrupted.
-
-
 class Interrupted(Exception):
     """What stops a sweep in a test."""
 
@@ -407,8 +398,6 @@ def test_a_sweep_whose_program_is_killed_twice_says_the_same(tmp_path: Path) -> 
     assert subprocess.run(stored, capture_output=True, text=True, check=True).stdout == whole
     assert len(list(tmp_path.glob("store/*.json"))) == 400
 
-
-# Study files.
 
 STUDY = """\
 title: Two

@@ -135,9 +135,6 @@ def _shape(shape: Any, longer: float) -> Shape | None:
     return Polygon(np.asarray(area(shape).exterior.coords)[:-1]) if kind in ("Circle", "Polygon") else None
 
 
-# Ways along lanelets from the initial state of a planning problem into its goal, and targets that move along them.
-
-
 CHANGE = 2.0
 """[m] What a change of lanes costs beside the length of a way. Larger: longer ways with fewer changes."""
 MOST_WAYS = 4
@@ -371,9 +368,6 @@ def in_goal(problem: Any, position: Array, velocity: Array, step: int, heading: 
     return bool(problem.goal.is_reached(state))
 
 
-# Motion of a car that solves a planning problem, and the size of the car.
-
-
 LENGTH, WIDTH = 4.508, 1.610
 """[m] of vehicle type 2 of CommonRoad, a BMW 320i (Althoff, Koschi and Manzinger, IV 2017)."""
 
@@ -516,9 +510,6 @@ def _along(points: Array, ahead: Array, pose: Pose) -> PathGoal:
     path = PathGoal(points, stop=False)
     way = path.nearest(ahead, 0.0, path.length) - path.nearest(pose.position, 0.0, path.length)
     return PathGoal(points, max(way / LOOKAHEAD, SLOWEST), stop=False, lookahead=AHEAD)
-
-
-# Solution files of CommonRoad, written by commonroad-io.
 
 
 def solution(scenario: Any, problem: Any, motion: Motion) -> Any:

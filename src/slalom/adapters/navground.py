@@ -277,9 +277,6 @@ def neighbours(members: Sequence[SlalomFleet], shift: Array, now: float, dt: flo
     return Tracks(positions + shift, velocities, radii if found else 0.0, now)
 
 
-# Agents that decide together when the first of them is asked.
-
-
 class Group:
     """Agents of a fleet. Of a single agent the points are unwrapped: no jump to the other side of a lattice."""
 

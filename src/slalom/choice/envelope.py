@@ -25,8 +25,6 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import BALL_ROUNDING, CONTACT, DEPTH, DIVISOR_FLOOR, JUMP, STILL
 from slalom.kernels.arrays import Flags, Hulls, Indices, Segments
 
-# The motion of obstacles relative to a controlled robot, as one table for kernels and boundaries.
-
 
 class RelativeMotion(NamedTuple):
     """One row for each cubic segment of each convex part of an obstacle, grown by a part of the robot.

@@ -36,9 +36,6 @@ if TYPE_CHECKING:
     from slalom.sim.sweep.study import Study
 
 
-# `slalom compare`.
-
-
 Tables = Annotated[list[Path] | None, Parameter(name=("--out", "--csv"), consume_multiple=True, negative=())]
 NAMES = "surrogateescape"
 """A name of a file that the encoding of the system does not have is written as its bytes."""

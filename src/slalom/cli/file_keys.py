@@ -40,8 +40,6 @@ from slalom.sim.files.schema import (
 from slalom.sim.measure.hdf5 import unit_of
 from slalom.sim.sweep.study import ScenarioRowSpec, StudySpec
 
-# Meanings and units of the keys of scenario and study files: for `slalom list keys`, and for the reference.
-
 
 def meanings_of(part: type) -> dict[str, str]:
     """Return the meanings of the attributes of a class, of a line each, from its docstring."""
@@ -204,9 +202,6 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
     },
 }
 """Meaning of each key of files, by model; a test refuses a key without one."""
-
-
-# Keys of scenario and study files, from the models that read them: for `slalom list keys`, and for the reference.
 
 
 class Mapped(NamedTuple):

@@ -176,9 +176,6 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
     return DONE
 
 
-# `slalom explain`.
-
-
 LABELS = {"time_to_collision": "preferred collides"}
 """Labels for keys of the result that do not name their control."""
 EXPLAINED = ("sentences", "preferred_hits", "passes", "limits", "alternatives")

@@ -260,9 +260,6 @@ def _columns(pairs: list[str]) -> dict[str, str | None]:
     return found
 
 
-# Options of the commands that draw.
-
-
 GROUP = Group("How figures look", sort_key=2)
 FORMATS = (".svg", ".pdf", ".png")
 OPTIONS = {"width": "--figure-width", "resolution": "--resolution"}

@@ -142,9 +142,6 @@ def _first_line(part: object) -> str:
     return (inspect.getdoc(part) or "").partition("\n")[0]
 
 
-# `slalom reproduce`.
-
-
 def reproduce(
     *names: str,
     out: Path = Path("out/paper"),
@@ -198,9 +195,6 @@ def reproduce(
     return DONE
 
 
-# `slalom compile`.
-
-
 def compile_(
     *uses: Annotated[
         str,
@@ -226,9 +220,6 @@ def compile_(
         jobs=jobs,
         progress=lambda name, seconds: print_message(f"{next(done)} of {count}, {name}: {seconds:.1f} s"),
     )
-
-
-# `slalom ros`: a node on recorded messages of ROS 2.
 
 
 ros = App(name="ros", help="Decide from messages of ROS 2, without ROS.", help_format="plaintext")

@@ -36,9 +36,6 @@ if TYPE_CHECKING:
     from slalom.sim import Recording, Scenario
 
 
-# `slalom run`.
-
-
 RUNS = (".h5", ".hdf5")
 """Suffixes of the files of runs; some recordings have the same."""
 DEFAULT_METHOD, RECORDING_METHOD = "nao", "nao_ahead"
@@ -272,9 +269,6 @@ def without_walls(tracks: "RecordedTracks", name: str) -> list[str]:
     """Return a note if a format cannot hold the walls of tracks."""
     held = name == "jupedsim" or not tracks.walls
     return [] if held else [f"{counted(len(tracks.walls), 'wall')} left out: {name} has none"]
-
-
-# `slalom show` and `slalom export-scenario`.
 
 
 def show(run: Path, /, *, drawn: RunFigure | None = None, json: Flag = False) -> int:

@@ -193,9 +193,6 @@ def _directions(track: Any) -> Array:
     return np.asarray(velocity[last] / speed[last, None])
 
 
-# Table of the formats of recorded tracks; reading and writing a file of any format.
-
-
 RECOGNITION_BYTES: Final = 4096
 """Number of bytes at the start of a file from which its format is recognised."""
 

@@ -391,9 +391,6 @@ def _with_ends(rows: Rows, reading: _Reading, keep: npt.NDArray[np.bool_]) -> Ro
     )
 
 
-# Latitude, longitude and altitude; times.
-
-
 def _degrees(reading: _Reading, positions: Array, agents: Indices, unit: float | None) -> Array:
     """Return latitude, longitude [degree] and, if there is such a column, altitude [m]; nan for unknown positions.
 

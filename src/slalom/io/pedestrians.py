@@ -61,9 +61,6 @@ def read_cases(path: Path | str) -> list[Case]:
     return [Case(int(case[rows[0]]), starts[rows], goals[rows], speeds[rows], radii[rows]) for rows in groups]
 
 
-# Rows of SQLite databases, read within bounds that a malformed file cannot exceed.
-
-
 ROW_BYTES: Final = 8
 """[B] Least size of a row in a database: a file that holds more rows per byte holds the same page many times.
 
@@ -118,9 +115,6 @@ def rows_of_queries(path: Path, kind: str, queries: Sequence[str]) -> list[list[
     if any(len(rows) > most for rows in found):
         raise InvalidFile([f"{path}: expected at most {most} rows in a file of {size} bytes, found more"])
     return found
-
-
-# Readers of recorded pedestrians in the plane: TrajNet++, splines of UCY, JuPedSim databases, the archive of Jülich.
 
 
 ROWS_PER_SECOND: Final = 2.5

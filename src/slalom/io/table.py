@@ -19,9 +19,6 @@ from slalom.base.tolerances import LARGEST
 from slalom.io.recorded import LINE_LOCATION, Mistake, Rows, refuse
 from slalom.kernels.arrays import Indices
 
-# Input files: regular files of bounded size, whose whole text is read at once.
-
-
 GZIP: Final = b"\x1f\x8b"
 """First bytes of a file that gzip packed."""
 
@@ -114,9 +111,6 @@ def _read(path: Path, count: int, kind: str, unpacked: int = 0) -> bytes:
         raise InvalidFile([f"{path}: expected a file that gzip packed, found {found}"]) from None
     except OSError as error:
         raise InvalidFile([f"{path}: expected a readable {kind}, found {reason(error)}"]) from None
-
-
-# Tables of cells by column name, with the line number of each row.
 
 
 MAX_ROWS: Final = 4_000_000
@@ -291,9 +285,6 @@ def _label(text: str) -> str:
         return text
     value = _number(text)
     return str(int(value)) if value == round(value) and abs(value) <= _EXACT else text
-
-
-# Files that slalom brings.
 
 
 SAMPLES: Final[Mapping[str, str]] = {

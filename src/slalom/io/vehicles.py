@@ -325,9 +325,6 @@ def _tags(state: ET.Element) -> str:
     return ", ".join(f"{part.tag} by {' and '.join(e.tag for e in part) or 'nothing'}" for part in parts) or "neither"
 
 
-# Readers of the output of SUMO and of the annotations of nuScenes.
-
-
 def sumo(path: Path) -> Rows:
     """Read SUMO's output fcd-export: vehicles and persons by time step, in s and m.
 

@@ -207,10 +207,6 @@ WALL_FORMATS: Final[Mapping[str, WallFormat]] = {
 }
 """The formats of walls, by suffix."""
 
-
-# Maps of nav2.
-
-
 KEYS: Final = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 """Keys that a map has; `mode` may be among them, and others are not used."""
 MODES: Final = ("trinary", "scale", "raw")

@@ -117,9 +117,6 @@ class Lines:
         return tree, [np.concatenate(self.found or [np.empty((0, 2))]), counts]
 
 
-# WKT and GeoJSON.
-
-
 def wkt(content: str) -> Answer:
     """The lines and outlines of shapes in WKT: one, or one on each line."""
     if "\0" in content:
@@ -215,9 +212,6 @@ def _list(shape: dict[str, Any], key: str) -> list[Any]:
     return shape[key]  # type: ignore[no-any-return]
 
 
-# DXF.
-
-
 def dxf(path: str, error: float, unit: float | None) -> Answer:
     """The lines and curves of a drawing in DXF, blocks included; texts and others are left out, and counted.
 
@@ -280,9 +274,6 @@ def _flat(lines: Lines, path: Any) -> Any:
 
 
 _CONTROLS = ("ctrl", "ctrl1", "ctrl2")
-
-
-# SVG.
 
 
 def svg(content: str, error: float) -> Answer:

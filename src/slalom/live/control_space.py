@@ -136,9 +136,6 @@ class Fields:
         return found
 
 
-# Projections of the control space of a robot in space: where an admissible control is free, seen along each axis.
-
-
 VIEW_PROJECTION_GRID: Final = 33
 """[1] Grid points along each axis of the projections of the control space of a robot in space. Larger: finer
 projections, and time that grows with the cube. Smaller: narrow free parts may be missed in them."""

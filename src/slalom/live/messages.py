@@ -136,9 +136,6 @@ def unpack(message: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
     return fields, arrays
 
 
-# Pages with the renderer: one file with its data, and the page of the server.
-
-
 _PAGE = """<!doctype html>
 <html lang="en">
 <head>
@@ -191,9 +188,6 @@ def live_page(title: str, runs: int = 1) -> str:
     return _PAGE.format(
         policy=policy, title=html.escape(title), live=f' data-live="{runs}"', data="", renderer=renderer()
     )
-
-
-# The `scene`, `frames` and `series` messages: what does not move, what moves, and measurements over time.
 
 
 MILLIMETRE: Final = 1e-3

@@ -135,9 +135,6 @@ def of_decision(decision: Decision, name: str, notes: Sequence[str] = ()) -> Rec
     return Recorded(scenario, method, method.name, [step], end, np.full(1, np.inf), tuple(notes), decision=decision)
 
 
-# A recorded run as messages, and as one self-contained file.
-
-
 VIEW_EXPORT_INTERVAL: Final = 0.5
 """[s] Longest time between two control spaces of an exported run. Larger: smaller files that show fewer decisions.
 Smaller: larger files."""

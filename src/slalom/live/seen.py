@@ -262,9 +262,6 @@ def _place(obstacle: Obstacle, now: float) -> Array:
     return obstacle.trajectory.position(float(np.clip(now, *obstacle.trajectory.span)))
 
 
-# A decision in the control space that is drawn.
-
-
 def half_side(response: Any, limits: Limits, admissible: Admissible) -> float:
     """Return half of the side of the drawn square around 0, in the unit of the control."""
     known = {"acceleration": 1.25 * limits.max_acceleration, "velocity": 1.12 * limits.max_speed}

@@ -38,8 +38,6 @@ from slalom.sim.run.recorded import Recorded, last_state
 from slalom.sim.run.simulate import Run
 from slalom.sim.scenario import Robot, Scenario
 
-# Where the steps of a view come from: a run that is made, or a recording that is replayed.
-
 
 class Made:
     """A run that is made step by step."""
@@ -109,9 +107,6 @@ class Replayed:
         while self._count <= k:
             self._known, self._count = next(self._making), self._count + 1
         return self._known
-
-
-# Changes of a scenario by hand: each returns another scenario.
 
 
 HANDLES = ("robot", "robot_velocity", "goal", "obstacle", "obstacle_velocity")

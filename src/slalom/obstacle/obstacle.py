@@ -32,8 +32,6 @@ from slalom.model.trajectory import Composite, ConstantVelocity, Stationary, Tra
 from slalom.model.trajectory.protocol import direction_path
 from slalom.model.uncertainty import Aged, Uncertainty
 
-# Headings of bodies that are known by themselves, as recordings and trackers state them.
-
 
 @dataclass(frozen=True, eq=False)
 class Headings:

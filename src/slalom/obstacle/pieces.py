@@ -29,8 +29,6 @@ from slalom.model.trajectory import PiecewisePolynomial, Trajectory
 from slalom.model.trajectory.kinds import cubic_paths
 from slalom.obstacle.obstacle import Obstacle
 
-# Minkowski sums of obstacle and robot shapes: convex bodies that the robot's position must avoid.
-
 
 class MinkowskiSum(NamedTuple):
     """Obstacle shape grown by the robot shape, as b convex bodies: hulls of the differences of their corners."""

@@ -16,9 +16,6 @@ from slalom.model.shape import Shape
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import Reach, joined, minkowski_sum, no_bodies, outline_parts, rotation, rows_of
 
-# Obstacles at the horizon, from which the costs of detours are estimated.
-
-
 BALL_FILLED: Final = 0.4
 """[1] Share of its bounding ball that an obstacle fills if the cost of a detour around it counts that ball. A car fills
 0.44. Larger: no such costs for more obstacles. Smaller: robots beside walls stay where they are."""

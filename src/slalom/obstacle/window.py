@@ -108,9 +108,6 @@ def _rests(trajectory: Trajectory, now: float) -> bool:
     return bool(np.linalg.norm(trajectory.velocity(now)) <= REST) and not np.any(trajectory.acceleration(now))
 
 
-# What the obstacles of a window come from: lists, tables and tracks.
-
-
 class Source(Protocol):
     """Obstacles that come together."""
 

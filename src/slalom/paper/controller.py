@@ -150,9 +150,6 @@ class CarLanes:
         return np.array([now, now + horizon]), points, np.zeros((len(chosen), 1))
 
 
-# Controller of the paper: at every decision one constant acceleration outside the AO or NAO.
-
-
 RESPONSE: Final = Acceleration()
 ROBOT_DISC: Final = Disc(1.0)
 UNREACHED_SPEED: Final = 1e3
@@ -303,9 +300,6 @@ def run_metrics(rules: Rules, seed: int, speed: float) -> dict[str, Any]:
         "out": done.has_left,
         "far_side": done.has_left and bool(last[0] >= abs(last[1])),
     }
-
-
-# Claim `sweep`: NAO against AO in the roundabout, over replan interval, lane speed, neighbours and commitment.
 
 
 SWEPT_METHODS: Final = ("nao", "ao")

@@ -221,9 +221,6 @@ def ao_cone() -> Figure:
     return figure
 
 
-# Claim `cone`: the AO is a straight cone exactly if the relative velocity is zero.
-
-
 CONE_HORIZON: Final = 50.0
 """[s] Long, so that the horizon cuts only a small tip off the cone."""
 SEED: Final = 0

@@ -283,9 +283,6 @@ def _picture(entry: Entry, links: str, suffix: str) -> str:
     return f"{'' if suffix == '.pdf' else '!'}[{entry.title}]({links}{entry.name}{suffix})"
 
 
-# Production of figures, results of claims, and the page.
-
-
 SUFFIX: Final = ".svg"
 """Format of figures that are named without one."""
 

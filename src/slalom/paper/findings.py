@@ -31,9 +31,6 @@ def count_and_share(part: int, whole: int) -> str:
     return f"{part} of {whole} ({100.0 * part / whole:.1f} %)"
 
 
-# Findings of the study of oscillations as text and tables.
-
-
 MAX_REMAINING_SHARE: Final = 0.1
 """[1] The claim holds if the side flips under consistent selection are at most this share of the greedy ones."""
 
@@ -208,9 +205,6 @@ def _of_each_method(result: Result, robots: int, measure: str) -> str:
     found = {(row["method"], row["selection"]): row[measure] for row in result["rows"] if row["robots"] == robots}
     names = dict.fromkeys(name for name, _ in found)
     return ", ".join(f"{n.upper()} {found[n, 'both']:.1f} ({found[n, 'greedy']:.1f})" for n in names)
-
-
-# Findings of the claim `smoothness` as text and tables: acceleration and jerk.
 
 
 def smoothness(result: Result) -> list[str]:

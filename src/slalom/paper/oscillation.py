@@ -176,9 +176,6 @@ def _variants(runs: Mapping[Cell, Sequence[Mapping[str, Any]]]) -> list[dict[str
     return table
 
 
-# Figure of the study of oscillations: paths of a few robots, and the measures over the number of robots.
-
-
 PATHS: Final = ("greedy", "both")
 """Selections whose paths are drawn."""
 COLOURS: Final = (ROBOT, GOAL, INK, FAINT)

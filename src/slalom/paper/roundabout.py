@@ -189,9 +189,6 @@ def _counted(rows: Sequence[dict[str, Any]], entries: Sequence[Crossings]) -> di
     }
 
 
-# Figures of the roundabout with 30 cars: crossed with one constant acceleration, and left by the top exit.
-
-
 HORIZON: Final = 6.0
 LIMIT: Final = 4.0
 """[m/s^2] Acceleration limit."""
@@ -348,9 +345,6 @@ def _workspace(ax: Axes, blocked: ControlObstacle, snapshot: Snapshot, goal: Arr
     if legend is not None:
         legend.remove()
     ax.set_title(f"t = {snapshot.now:g} s", pad=4)
-
-
-# Claim `smoothness`: collisions, adjustments, acceleration and jerk of slalom's navigator in the roundabout.
 
 
 class Setting(NamedTuple):

@@ -72,9 +72,6 @@ def imported(package: str, module: str = "") -> Any:
         return import_module(module or package)
 
 
-# Discs and walls that one robot of a team observes, over the time of a prediction.
-
-
 class Surroundings(NamedTuple):
     """Discs at constant velocities and edges of walls at rest, around a robot of radius `radius` [m].
 

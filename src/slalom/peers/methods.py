@@ -21,8 +21,6 @@ from slalom.peers.crowd import (
     surroundings,
 )
 
-# ORCA in RVO2, the library of its authors, through pyrvo.
-
 
 class Rvo2:
     """Team in one RVO2 simulator (single precision). Other discs are agents in it that do not react.
@@ -326,9 +324,6 @@ def cut(vectors: Array, longest: float) -> Array:
     return np.asarray(vectors / np.maximum(length / longest, 1.0)[..., None])
 
 
-# A filter by control barrier functions: the acceleration nearest to the preferred one that keeps every barrier.
-
-
 SIDES = 32
 """[1] Sides of the polygons within the discs of accelerations and velocities. More: less is lost (0.5 %), more time."""
 SLACK = 1e6
@@ -413,9 +408,6 @@ class BarrierFilter:
         # A robot that is too near and comes nearer brakes, and moves away at most twice as hard.
         braking = np.clip(-closing / np.maximum(root, ROOT), -1.0, 2.0) * both
         return normals, (own / both) * np.minimum(braking - turning - decay, 2.0 * both)
-
-
-# Parameters of peers: numbers with which a method is made, by name, and their text in NAME:PARAMETER=VALUE.
 
 
 Made = TypeVar("Made")

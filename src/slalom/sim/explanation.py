@@ -33,8 +33,6 @@ from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.sim.shape_distance import clearances
 
-# Words for controls: name, letter, unit, and description of the response.
-
 
 class Kind(NamedTuple):
     """Kind of a control: name, letter, unit, and description of the response."""
@@ -153,9 +151,6 @@ def drawn_controls(known: Known, response: Response | None = None) -> DrawnContr
 def responses_of(navigator: Navigator) -> tuple[Response, ...]:
     """Return the responses that a robot compares."""
     return navigator.method.responses(navigator.limits, navigator.period, navigator.holds)
-
-
-# Sentences that say why a robot chose its manoeuvre, and the obstacles that decided it.
 
 
 BINDING: Final = 0.02
@@ -282,9 +277,6 @@ def _binding(drawn: DrawnControls, others: Sequence[Met]) -> list[Meeting]:
 
 def _numbers(control: Array) -> str:
     return "(" + ", ".join(f"{x:.1f}" for x in np.round(control, 1) + 0.0).replace("-", "−") + ")"
-
-
-# The explanation of a decision of one robot.
 
 
 AT_LIMIT: Final = 1e-3

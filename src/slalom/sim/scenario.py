@@ -136,9 +136,6 @@ def refuse_sight(sight: Sight | None, dimension: int, robots: int) -> None:
         raise InvalidInput(f"sight: expected no hidden speed for several robots, found {sight.hidden_speed:g} m/s")
 
 
-# Goals at rest that an obstacle at rest covers for all time: no robot reaches them.
-
-
 def refuse_hidden_goals(
     goals: Sequence[Goal], shapes: Sequence[Shape], obstacles: Sequence[Obstacle], start: float
 ) -> None:

@@ -35,9 +35,6 @@ from slalom.view.style import (
 )
 from slalom.view.workspace import body, outline
 
-# Clearance to control obstacles on a grid over the drawn part of the control space.
-
-
 LARGE: Final = 1e6
 """[m] Magnitude of a clearance of which only the sign matters."""
 

@@ -295,9 +295,6 @@ def _snapshots(
         text.set_gid(f"time-{number}")
 
 
-# Figure of a drive: the path of a robot among obstacles, and the commands that it was given.
-
-
 def driven(
     times: npt.ArrayLike,
     positions: npt.ArrayLike,
@@ -330,9 +327,6 @@ def driven(
             ax.margins(x=0.0)
         figure.axes[-1].set_xlabel("time since the first command [s]")
     return figure
-
-
-# A study: success and last arrival over the values of a setting.
 
 
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#222222")

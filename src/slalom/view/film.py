@@ -352,9 +352,6 @@ def _position(obstacle: Obstacle, t: float) -> Array:
     return obstacle.trajectory.position(t) if obstacle.exists(t) else np.full(obstacle.dimension, np.nan)
 
 
-# Videos of pictures, encoded by PyAV.
-
-
 FORMATS: Final[dict[str, dict[str, Any]]] = {
     ".mp4": {"codec": "libx264", "pix_fmt": "yuv420p", "options": {"crf": "23", "preset": "veryfast"}},
     ".gif": {"codec": "gif", "pix_fmt": "pal8", "options": {}},

@@ -147,9 +147,6 @@ def _legend(ax: Axes, recording: Recording, with_goals: bool) -> None:
     )
 
 
-# Figure of a recorded run: one decision of a single robot, or tracks for several robots or a peer.
-
-
 def replay(
     recording: Recording,
     scenario: Scenario,
@@ -220,9 +217,6 @@ def refuse_unfit(robots: int, contender: Method | Peer, at: float | None, names:
         found = f"{robots} robots" if robots > 1 else f"a robot with {contender.name}"
         for option in (name for name, yes in given.items() if yes):
             raise InvalidInput(f"{option}: expected a figure of a decision, found one of the tracks of {found}")
-
-
-# Picture of robots and obstacles at one time, for environments that show each step.
 
 
 SIDE, DOTS = 4.8, 100

@@ -95,9 +95,6 @@ def box_of(parts: Sequence[Part]) -> Array:
     return np.array([low, high])
 
 
-# Drawing of uncertainty: where an obstacle can be, at times of its prediction.
-
-
 STEPS: Final = 3
 """Predicted times of each obstacle beside the present one; more hide each other."""
 
@@ -189,9 +186,6 @@ def times_within(trajectory: Trajectory, start: float, end: float, count: int) -
     first, last = trajectory.span
     begin, finish = max(start, first), min(end, last)
     return np.linspace(begin, finish, count) if begin < finish else np.empty(0)
-
-
-# Drawing of goals, of paths that lead to them, and of the point ahead on a path.
 
 
 PATH_DASHES: Final = (0, (5, 2.5))

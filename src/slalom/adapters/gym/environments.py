@@ -112,9 +112,6 @@ def observation_space(worlds: Worlds) -> Space[Any]:
     return Box(-bound, bound, (worlds.size,), np.float32)
 
 
-# Shared parts of environments with one world: pictures, and the values of `info` after a step.
-
-
 RENDER_MODES = ("rgb_array", "human")
 
 
@@ -155,9 +152,6 @@ def information(outcome: int, clearance: float, time: float) -> dict[str, Any]:
     """The values of `info` after a step, see `RobotEnv`."""
     name = OUTCOMES[outcome]
     return {"outcome": name, "is_success": name == "arrived", "clearance": clearance, "time": time}
-
-
-# Environment of gymnasium: one robot among obstacles.
 
 
 Observation = npt.NDArray[np.float32]
@@ -233,9 +227,6 @@ class RobotEnv(Shown, gymnasium.Env[Observation, Array]):
         self._show()
         ended, late = outcome not in (RUNNING, TIME), outcome == TIME
         return self.worlds.observations()[0, 0], float(made.rewards[0, 0]), ended, late, info
-
-
-# Vector environment of gymnasium: one robot in each of many worlds, which make a step in one call.
 
 
 Observations = npt.NDArray[np.float32]
@@ -314,9 +305,6 @@ class RobotsEnv(gymnasium.vector.VectorEnv[Observations, Array, Any]):
         """Begin the next episode in some worlds."""
         for k in some:
             self.scenes.begin(self.worlds, k, self._generators[k], options)
-
-
-# Environment of PettingZoo: several robots that act at the same time.
 
 
 class FleetEnv(Shown, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types

@@ -296,9 +296,6 @@ OUTCOME_SAFE = np.array([*(one.safe for one in OUTCOMES), False])
 """By number; FALL_BACK is the last one."""
 
 
-# Wrapper of gymnasium that replaces the action of any policy by the nearest certified one.
-
-
 class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
     """A policy of which each action becomes the nearest acceleration that is collision-free up to the horizon.
 
@@ -359,9 +356,6 @@ class SafetyFilter(gymnasium.Wrapper[Observation, Array, Observation, Array]):
         return observation, reward, ended, late, {**info, **about, **named}
 
 
-# Wrapper of gymnasium for vector environments: the actions of many robots become the nearest certified ones.
-
-
 class VectorSafetyFilter(VectorWrapper):
     """`SafetyFilter` for all robots of a `RobotsEnv`, with its arguments.
 
@@ -408,9 +402,6 @@ class VectorSafetyFilter(VectorWrapper):
             self._certifiers.begin(w)
         about = made._asdict()
         return observations, rewards, ended, late, {**info, **about, **{f"_{name}": running for name in about}}
-
-
-# Wrapper of PettingZoo: the actions of all robots of a fleet become the nearest certified ones.
 
 
 class FleetSafetyFilter(BaseParallelWrapper):  # type: ignore[misc]  # PettingZoo has no types

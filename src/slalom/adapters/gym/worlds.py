@@ -179,9 +179,6 @@ def least_distances(before: Array, after: Array) -> Array:
     return segment_distance(before.reshape(-1, d), after.reshape(-1, d)).reshape(shape)
 
 
-# Bodies that the robots of many worlds can meet, relative to each robot, as arrays.
-
-
 class Surroundings(NamedTuple):
     """Discs or balls B that each of W x R robots can meet: obstacles, robots and the nearest points of walls.
 

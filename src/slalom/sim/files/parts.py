@@ -35,9 +35,6 @@ from slalom.model.shape import SHAPES, Shape
 from slalom.model.trajectory import TRAJECTORIES, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES, Uncertainty
 
-# Types and base classes of the models of scenario and study files.
-
-
 Vector = Annotated[list[FiniteFloat], Field(min_length=2, max_length=3)]
 Positive = Annotated[FiniteFloat, Field(gt=0)]
 NotNegative = Annotated[FiniteFloat, Field(ge=0)]

@@ -161,9 +161,6 @@ def cadrl(case: Case, max_acceleration: float = 2.0) -> Scenario:
     return Scenario("cadrl", robots, duration=float(duration), horizon=6.0, holds=HOLDS, parameters=parameters)
 
 
-# Gallery scenarios of several robots among walls.
-
-
 WALL = 0.05
 """[m] Half the thickness of walls; widths of rooms and doorways are measured between surfaces."""
 

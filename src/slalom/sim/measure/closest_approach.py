@@ -389,9 +389,6 @@ def _bounds(recording: Recording, robot: int, balls: Balls, parts: PartBalls) ->
     return low, np.where(parts.there & whole, high, np.inf).min(axis=1)
 
 
-# Recording of one robot of a run, with the other robots as obstacles.
-
-
 def single_robot_view(recording: Recording, robot: Which = None) -> Recording:
     """Return the recording of one robot, with the other robots as obstacles on their recorded paths.
 

@@ -200,9 +200,6 @@ def keeps_side(run: Recording, other: Obstacle) -> bool:
     return True
 
 
-# Parts of the metrics.
-
-
 def _nearest(recording: Recording, robot: Which) -> ClosestApproach:
     """Return the closest approach of all others, between positions."""
     run = single_robot_view(recording, robot)

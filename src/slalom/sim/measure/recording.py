@@ -47,8 +47,6 @@ from slalom.sim.measure.responses import RecordedResponses, ResponseRow
 from slalom.sim.measure.tidy_table import to_pandas
 from slalom.sim.scenario import Scenario
 
-# Log of a run, written by the loop over time: every step of a recorded run, and the final states.
-
 
 class Step(NamedTuple):
     """One step of N robots: states at its start, and accelerations applied during it.
@@ -97,9 +95,6 @@ class RunLog:
         self.velocities = velocities
         self.arrived = arrived
         self.appeared = appeared
-
-
-# The HDF5 file of a run, as it is written; `Recording.load` reads it.
 
 
 FORMAT: Final = "slalom recording 3"
@@ -175,9 +170,6 @@ def _save_parts(run: Any, recording: "Recording") -> None:
         if obstacle.uncertainty is not None:
             save_part(group.create_group("uncertainty"), obstacle.uncertainty, UNCERTAINTIES)
         save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
-
-
-# Recording of a run: all data for metrics, figures and an exact replay, and its HDF5 file.
 
 
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
@@ -476,9 +468,6 @@ class Recording:
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of robots if all differ, else none."""
     return tuple(names) if len(set(names)) == len(names) else ()
-
-
-# Summary of a run without a recording.
 
 
 @dataclass(frozen=True, eq=False)

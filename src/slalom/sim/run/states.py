@@ -152,9 +152,6 @@ def _in_space(rows: Array) -> Array:
     return wide
 
 
-# Observations of other robots that are late, inexact or lost.
-
-
 class Sensing(Information):
     """The last observation that each of n robots has of each other one.
 

@@ -27,8 +27,6 @@ from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import SETTINGS, Scenario
 
-# Files of test cases; a study runs one case per seed.
-
 
 def is_cases(name: str) -> bool:
     """Return whether a scenario is named by a file of test cases (`io.pedestrians`)."""

@@ -45,9 +45,6 @@ from slalom.sim.sweep.case import (
 from slalom.sim.sweep.pool import map_surviving_kills, working_with
 from slalom.sim.sweep.store import MISSING, OTHER, Result, Shard, Store
 
-# Aggregation of the runs of one scenario and method to a table row, with confidence intervals.
-
-
 PERCENTILES: Final = (50, 75, 90)
 """[%] Percentiles of the extra time in a row."""
 
@@ -415,9 +412,6 @@ def grid(settings: Mapping[str, float | Sequence[float]]) -> list[dict[str, floa
             raise InvalidInput(f"{name}: expected at least one number, found none")
         values.append([number(one, name) for one in each])
     return [dict(zip(settings, each)) for each in product(*values)]
-
-
-# Reader of study files: YAML with scenarios, settings and methods for one comparison.
 
 
 def _number_or_numbers(content: object) -> Any:

@@ -130,9 +130,6 @@ def printed(tables: Sequence[Table], *, own: Sequence[str] = ()) -> list[list[st
     return rows
 
 
-# Tidy rows: CSV and pandas.
-
-
 COUNTS: Final = ("runs_with_collision", "runs_all_arrived", "runs_successful")
 """Counts of runs with a confidence interval of their share."""
 PERCENTILES: Final = ("extra_time_50", "extra_time_75", "extra_time_90")
