@@ -41,7 +41,12 @@ def figures(root: Path = ROOT) -> dict[str, int]:
     names = ast.parse((source / "__init__.pyi").read_text()).body
     found["public.names"] = sum(len(node.names) for node in names if isinstance(node, ast.ImportFrom))
     found["tests.lines"] = sum(path.read_text().count("\n") for path in (root / "tests").rglob("*.py"))
-    found["pages.words"] = sum(len(path.read_text().split()) for pattern in PAGES for path in root.glob(pattern))
+    found["pages.words"] = sum(
+        len(path.read_text().split())
+        for pattern in PAGES
+        for path in root.glob(pattern)
+        if "generated" not in path.parts
+    )
     return dict(found)
 
 

@@ -106,7 +106,7 @@ def test_a_session_answers_every_command() -> None:
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_on_a_path_the_target_is_the_point_ahead(count: int) -> None:
-    """The preferred velocity leads there at the maximum speed, also between two decisions."""
+    """The preferred velocity leads there, up to the corner, also between two decisions."""
     goal = PathGoal([(0, 0), (4, 0), (4, 9)], tolerance=0.3, lookahead=2.0)
     robots = [Robot(Disc(0.5), Limits(3.0, 3.0), State((0, 20 * k), (3, 0)), goal, str(k)) for k in range(count)]
     session = Session(Scenario("path", tuple(robots), (), duration=2.0), method("vo"))
@@ -115,8 +115,8 @@ def test_on_a_path_the_target_is_the_point_ahead(count: int) -> None:
     for step in range(4):
         fields = unpack(session.look(step)[-1])[0]
         at = session._played.steps[step].positions[0]
-        assert fields["target"] == pytest.approx(goal.point(goal.nearest(at, 0.0, goal.length) + 6.0), abs=1e-6)
-        assert fields["target"][0] == pytest.approx(4.0)
+        assert fields["target"] == pytest.approx([4.0, 0.0], abs=0.02)
+        assert at[0] < 4.0
 
 
 def arrays_of(found: list[bytes], kind: str) -> dict[str, np.ndarray]:

@@ -342,7 +342,7 @@ def test_the_chosen_control_of_a_safe_decision_is_drawn_outside_of_the_colour(na
 def test_a_path_is_drawn_and_the_preferred_control_leads_to_a_point_on_it() -> None:
     """The point is 1 s ahead; a decision that keeps its manoeuvre prefers what one without any would prefer."""
     state, obstacles, _ = scene_in_plane()
-    goal = slalom.PathGoal([(-12, 0), (-4, 0), (-4, 9), (20, 9)], tolerance=1.0)
+    goal = slalom.PathGoal([(-12, 0), (8, 4), (12, 9), (20, 9)], tolerance=1.0)
     robot = slalom.Navigator(slalom.method("nao"), slalom.Disc(0.8), slalom.Limits(6.0, 3.0), patience=100.0)
     first = robot.decide(state, obstacles, goal)
     acceleration = first.manoeuvre.mean_acceleration(0.0, robot.period)

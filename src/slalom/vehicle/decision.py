@@ -1,5 +1,6 @@
 """Decisions of vehicles: their inputs, motions that are proposed, and the result."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -15,12 +16,16 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import REST, TIME
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import Collision, Commitment
+from slalom.decision.objective import Objective
 from slalom.kernels.arrays import Bodies
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.path import Path, hermite
 from slalom.model.response.protocol import Unsteered
 from slalom.model.state import Affine, State
+from slalom.obstacle import Obstacle
+from slalom.obstacle.table import ObstacleTable
+from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import ObstacleWindow
 from slalom.vehicle.vehicle import Command, Pose, Vehicle, pose_of
 from slalom.vehicle.ways import SAME_PLACE, Following, WayFound
@@ -153,6 +158,27 @@ class VehicleDecision(Decision):
     def pose_at(self, now: float) -> Pose:
         """The predicted pose at `now` [s]: between the ends of periods by interpolation, after the last one that."""
         return pose_of(motion_at(self.track, now))
+
+
+class VehicleInputs(NamedTuple):
+    """All inputs of a decision, see `VehicleNavigator.decide`: a `Record`."""
+
+    navigator: Any  # a VehicleNavigator
+    pose: Pose
+    obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
+    goal: Goal | None
+    robots: Tracks | None
+    now: float
+    previous: VehicleDecision | None
+    objective: Objective | None
+    delay: float
+    budget: float | None
+
+    def repeat(self) -> VehicleDecision:
+        """The decision, made again."""
+        given = self._asdict()
+        made: VehicleDecision = self.navigator.decide(**{name: given[name] for name in self._fields[1:]})
+        return made
 
 
 UNMOVED: Final = (

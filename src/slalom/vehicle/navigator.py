@@ -1,10 +1,10 @@
 """Decisions of a vehicle that are judged by the motion of its body, not of the point that it decides for."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import ceil, hypot
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Disc, Shape
 from slalom.model.state import State
 from slalom.obstacle import Obstacle
-from slalom.obstacle.table import ObstacleTable, same_dimension
+from slalom.obstacle.table import same_dimension
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, listed, passive
 from slalom.vehicle.curves import Arc, Way, ends
@@ -40,6 +40,7 @@ from slalom.vehicle.decision import (
     PointMotion,
     Proposal,
     VehicleDecision,
+    VehicleInputs,
     estimated,
     manoeuvre_of,
     same_place,
@@ -125,26 +126,6 @@ GAIN: Final = 0.1
 
 As of SLOW.
 """
-
-
-class VehicleInputs(NamedTuple):
-    """All inputs of a decision, see `VehicleNavigator.decide`: a `Record`."""
-
-    navigator: "VehicleNavigator"
-    pose: Pose
-    obstacles: Sequence[Obstacle | ObstacleTable | Tracks]
-    goal: Goal | None
-    robots: Tracks | None
-    now: float
-    previous: VehicleDecision | None
-    objective: Objective | None
-    delay: float
-    budget: float | None
-
-    def repeat(self) -> VehicleDecision:
-        """The decision, made again."""
-        given = self._asdict()
-        return self.navigator.decide(**{name: given[name] for name in self._fields[1:]})
 
 
 @dataclass(frozen=True)
@@ -358,15 +339,16 @@ class VehicleNavigator(SharedSettings):
         """The cost [m] below which a held motion replaces a clear one; -inf: none does.
 
         A clear motion is kept that comes nearer to the goal as it should, and every one close to the goal. On a path it
-        should as a plan among obstacles at rest does, which leads to a point ahead and is slow before corners.
+        should as a plan among obstacles at rest does, which leads to a point ahead and is slow before corners, until it
+        stalls.
         """
         left = hypot(*(way[-1] - moment.pose.position))
         if moment.to is None or left <= moment.to.tolerance + 2.0 * self.vehicle.turning_radius:
             return -np.inf
         now, then = self._cost(plan.motions[:1], way), self._cost(plan.motions, way)
         free = min(self.horizon * self.vehicle.limits.max_speed, now)
-        if now - then < SLOW * free and isinstance(moment.to, PathGoal):
-            free = now - self._cost(self._alone(moment), way)
+        if now - then < SLOW * free and isinstance(moment.to, PathGoal) and moment.plan.stalled < self.reverse_after:
+            free = 0.0 if moment.bodies.at_rest.all() else now - self._cost(self._alone(moment), way)
         return then - GAIN * free if now - then < SLOW * free else -np.inf
 
     def _on_way(self, moment: Moment, keep: Array) -> tuple[Proposal | None, WayFound | None]:
