@@ -23,10 +23,10 @@ def is_set() -> bool:
     return ARITHMETIC.items() <= dict(os.environ).items()
 
 
-def run(script: Path, words: list[str]) -> int:
-    """The exit code of a script that runs in such a process, with these words."""
+def run(script: Path, words: list[str], **more: str) -> int:
+    """The exit code of a script that runs in such a process, with these words, and `more` in its environment."""
     return subprocess.run(
-        [sys.executable, str(script), *words], env={**os.environ, **ARITHMETIC}, check=False
+        [sys.executable, str(script), *words], env={**os.environ, **ARITHMETIC, **more}, check=False
     ).returncode
 
 

@@ -171,7 +171,7 @@ def record_type(fields: Hashable) -> np.dtype[Any]:
     listed: list[Any] = []
     for name, kind in get_type_hints(fields, include_extras=True).items():
         listed.append((name, NUMBERS[kind]) if kind in NUMBERS else (name, np.float64, get_args(kind)[1]))
-    return np.dtype(listed, align=True)
+    return np.dtype((np.record, np.dtype(listed, align=True)))
 
 
 def joined_records(parts: Sequence[Records[R]]) -> Records[R]:

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba.core import cgutils, types
+from numba.core import cgutils, config, types
 from numba.core.imputils import impl_ret_borrowed, impl_ret_untracked
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
@@ -135,12 +135,15 @@ def _read_field(context: Any, builder: Any, reference: TableReference, address: 
 # The caller holds the arrays of a table as long as its address is used.
 
 
-def in_kernels(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of kernels, without the argument of its context."""
-    return intrinsic(function)
+def in_kernels(in_python: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
+    """Make a function of kernels, without the argument of its context; `in_python`: where kernels run as Python."""
+    return lambda function: in_python if config.DISABLE_JIT else intrinsic(function)  # type: ignore[attr-defined]
 
 
-@in_kernels
+KEPT: dict[int, Any] = {}  # tables by their addresses, where kernels run as Python
+
+
+@in_kernels(tuple.__sizeof__)
 def size_of(_context: Any, table: Any) -> Any:
     """In kernels: the bytes that a `table` takes in memory."""
 
@@ -151,7 +154,7 @@ def size_of(_context: Any, table: Any) -> Any:
     return types.int64(table), code
 
 
-@in_kernels
+@in_kernels(KEPT.__setitem__)
 def put_table(_context: Any, address: Any, table: Any) -> Any:
     """In kernels: write a `table` to an `address`, at which `size_of` bytes are free."""
 
@@ -163,7 +166,7 @@ def put_table(_context: Any, address: Any, table: Any) -> Any:
     return types.void(types.int64, table), code
 
 
-@in_kernels
+@in_kernels(lambda address, _like: KEPT[address])
 def table_at(_context: Any, address: Any, like: Any) -> Any:
     """In kernels: a reference to the table at an `address`, of the type of the table `like`."""
     reference = like if isinstance(like, TableReference) else TableReference(like)
@@ -174,14 +177,15 @@ def table_at(_context: Any, address: Any, like: Any) -> Any:
     return reference(types.int64, like), code
 
 
-@in_kernels
-def put_now(_context: Any, table: Any, now: Any) -> Any:
-    """In kernels: write the number `now` into the field of that name of a table by reference."""
-    number, _ = table.field("now")
+@in_kernels(lambda t, now, at: t._replace(settings=t.settings._replace(now=now), bodies=t.bodies._replace(now=at)))
+def at_times(_context: Any, tables: Any, now: Any, begin: Any) -> Any:
+    """In kernels: `tables` by reference, with `now` in the field `now` of the settings, `begin` in that of bodies."""
 
     def code(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        place = cgutils.gep_inbounds(builder, arguments[0], 0, number)  # type: ignore[no-untyped-call]
-        builder.store(arguments[1], place)
-        return context.get_dummy_value()
+        for part, time in zip(("settings", "bodies"), arguments[1:]):
+            number, reference = tables.field(part)
+            place = cgutils.gep_inbounds(builder, arguments[0], 0, number, reference.field("now")[0])  # type: ignore[no-untyped-call]
+            builder.store(time, place)
+        return arguments[0]
 
-    return types.void(table, types.float64), code
+    return tables(tables, types.float64, types.float64), code

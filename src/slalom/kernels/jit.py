@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.core import config, types
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.event import Listener, register
@@ -31,7 +32,6 @@ from slalom.kernels.numba_extensions import (
 )
 
 F = TypeVar("F", bound=Callable[..., Any])
-
 
 ROOT = Path(__file__).parents[__name__.count(".")]
 """The folder of the package `slalom`."""
@@ -201,6 +201,7 @@ def kernel(
     `of_parts`: of the part; `options`: of numba, for the part.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        np.seterr(all="ignore")  # numbers of numpy then divide by zero as compiled ones do
         return function
     compiled: Any = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
     of_part, of_entry = ({"pipeline_class": one} if FITS else {} for one in (of_parts, compiler))
@@ -237,9 +238,6 @@ def _quickly(compile_one: Callable[..., Any]) -> Callable[..., Any]:
 def threads() -> int:
     """Number of threads for kernels: NUMBA_NUM_THREADS, which joblib sets for its workers, or all cores."""
     return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-
-
-# The square of a number.
 
 
 @inlined

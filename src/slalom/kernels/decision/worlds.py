@@ -3,7 +3,7 @@
 import numpy as np
 
 from slalom.kernels.arrays import Array, Indices
-from slalom.kernels.by_reference import put_now, put_table, size_of, table_at
+from slalom.kernels.by_reference import at_times, put_table, size_of, table_at
 from slalom.kernels.decision.paths import state_on_path
 from slalom.kernels.decision.policy import decide_all
 from slalom.kernels.decision.tables import CellList, DecisionTables
@@ -39,10 +39,8 @@ def decide_worlds(
     before = np.empty(d)
     after = np.empty(d)
     for w in some:
-        tables: DecisionTables = table_at(places[w], like)
+        tables: DecisionTables = at_times(table_at(places[w], like), now[w], begin[w])
         settings = tables.settings
-        put_now(settings, now[w])
-        put_now(tables.bodies, begin[w])
         decide_all(robot, cells, tables)
         committed = tables.robots.committed
         state_on_path(committed, 0, now[w], position, before)
