@@ -15,7 +15,8 @@ export PIP_NO_COMPILE := 1
 # The bytecode of tests, with their rewritten assertions, is kept for later runs.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo docs tables test test-adapters test-all test-paper nightly kernels golden chromium ci lint bench release-check clean
+.PHONY: demo docs tables test test-adapters test-all test-paper debug-test nightly kernels golden chromium ci lint bench
+.PHONY: speed release-check clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -61,8 +62,16 @@ test: .venv/run.stamp
 test-all: lint kernels
 	$(PYTEST) --draws all
 
-# One hour of decisions in each chain of the tests of contact.
-nightly: kernels
+# Kernels compiled and as Python: equal bits, and which of their lines ran.
+debug-test: .venv/test.stamp kernels
+	$(BIN)/python tools/debug_test.py
+
+# Work of long scenes; kernels as Python; golden runs with an index checked at each access; one hour of decisions in each
+# chain of the tests of contact.
+nightly: .venv/test.stamp kernels
+	$(BIN)/python tools/counts.py --all
+	$(BIN)/python tools/debug_test.py --each 1 --steps 10
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(CURDIR)/out/bounds $(BIN)/python tools/golden.py
 	SLALOM_STEPS=36000 $(PYTEST) --draws all tests/decision/test_kept_clearance.py
 
 # Adapters whose packages are extras that dev leaves out.
@@ -102,6 +111,10 @@ bench: export OPENBLAS_NUM_THREADS := 1
 bench: .venv/bench.stamp
 	@for program in $(PROGRAMS); do echo; echo "== $$program"; $(BIN)/python benchmarks/$$program.py || exit 1; done
 	$(BIN)/python benchmarks/report.py --keep benchmarks/results/performance
+
+# Times of this state over those of the commit BASE, by turns, beside the noise.
+speed: .venv/bench.stamp
+	$(BIN)/python tools/speed.py $(BASE)
 
 clean:
 	rm -rf .venv out .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -42,7 +42,7 @@ def counted_kernels() -> dict[CodeType, str]:
     from slalom.kernels.selection import exchange
 
     kernels: dict[str, tuple[Any, ...]] = {
-        "searches": (policy.new_search,),
+        "searches": (policy.change_manoeuvre,),
         "exact_choices": (exchange.nearest_free,),
         "segment_tables": (response_motion.relative_table,),
         "chord_passes": (segments.put_chord_distances,),
