@@ -42,7 +42,7 @@ def test_no_robot_that_can_be_met_is_left_out(name: str) -> None:
         assert outcomes == expected, step
         np.testing.assert_allclose(together.committed()[0], alone.controls, atol=1e-7)
         together.states.integrate(together.accelerations(now, scenario.dt), scenario.dt)
-        found.update(outcomes.values())
+        found.update(outcomes)
     assert {"CLEAR", "CONSTRAINED"} <= found
 
 

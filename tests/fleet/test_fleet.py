@@ -178,7 +178,7 @@ def test_a_fleet_decides_as_the_navigator_of_each_robot(chunk):
                 assert apart[[0, 1, 2, 4]].max() <= 1e-7, (seed, name, step)
                 assert apart[3] <= 1e-4, (seed, name, step)
                 fleet.states.integrate(fleet.accelerations(now, scenario.dt), scenario.dt)
-                found.update(outcomes.values())
+                found.update(outcomes)
     assert min(found["CLEAR"], found["CONSTRAINED"], found["KEPT"]) > 2, found
 
 

@@ -44,7 +44,7 @@ class OneByOne:
         # A shared manoeuvre commits a robot from the begin.
         self.decisions = [Decision(m, Outcome.KEPT, m.control, None) if method.shared else None for m in first]
 
-    def decide(self, order: Sequence[int], now: float) -> dict[int, str]:
+    def decide(self, order: Sequence[int], now: float) -> list[str]:
         seen = [self._observed(k, now) for k in range(len(self.navigators))]
         for k in order:
             paths = self.committed if self.method.shared else seen
@@ -58,7 +58,7 @@ class OneByOne:
                 self.states.state(k), obstacles, goal, now=now, previous=self.decisions[k]
             )
             self.committed[k], self.decisions[k] = decision.manoeuvre, decision
-        return {k: self.decisions[k].outcome.name for k in order}
+        return [decision.outcome.name for decision in self.decisions]
 
     @property
     def controls(self) -> np.ndarray:

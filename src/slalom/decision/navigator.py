@@ -97,15 +97,11 @@ def check_dimensions(robot: Shape, state: State, obstacles: ObstacleWindow, othe
 
 
 OUTCOMES = (
-    Outcome.CLEAR,
-    Outcome.CONSTRAINED,
-    Outcome.KEPT,
-    Outcome.CONTINUED,
-    Outcome.SQUEEZED,
-    Outcome.DELAYED,
-    Outcome.INTERRUPTED,
+    *(Outcome.CLEAR, Outcome.CONSTRAINED, Outcome.KEPT, Outcome.CONTINUED),
+    *(Outcome.SQUEEZED, Outcome.DELAYED, Outcome.INTERRUPTED),
+    *(Outcome.STOPPING, Outcome.BRAKING, Outcome.IMPACT, Outcome.INADMISSIBLE, Outcome.ESCAPING),
 )
-"""The outcomes of the compiled policy by number."""
+"""The outcomes of the compiled policy by number, then those of fallbacks alone."""
 CONTINUING = (Outcome.KEPT, Outcome.CONTINUED, Outcome.INTERRUPTED)
 """The outcomes with which the committed manoeuvre goes on."""
 ROBOT: Final = np.zeros(1, np.int64)

@@ -29,7 +29,7 @@ from slalom.base.tolerances import REST_DURATION
 from slalom.decision import Outcome
 from slalom.decision.decision import Approaches
 from slalom.decision.methods import Method, margin_among
-from slalom.decision.navigator import FALL_BACK, OUTCOMES, Navigator
+from slalom.decision.navigator import OUTCOMES, Navigator
 from slalom.decision.settings import DETOURS, FleetSettings, Settings
 from slalom.decision.tables import (
     GrownBodies,
@@ -67,6 +67,8 @@ from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import Obstacles, ObstacleWindow, each_of, fitting, in_world
 from slalom.perception.sight import Sight
+
+BY_NUMBER: npt.NDArray[np.object_] = np.array(OUTCOMES, object)
 
 
 class FleetDecision(NamedTuple):
@@ -176,7 +178,7 @@ class Fleet:
         self._bounds = bounds_of(self.members.limits, [State(np.zeros(self.dimension), np.zeros(self.dimension))] * n)
         self._turning = any(each.bounds for each in self.members.limits)
         # The response of each robot whose manoeuvre is not in the tables.
-        self.other_responses, self._steps = list[Response | str]([""] * n), 0
+        self.other_responses, self._steps = np.full(n, "", object), 0
         self._last = -np.inf
         self._known = np.zeros(n, np.bool_)
         self.headings: Array | None = None
@@ -203,7 +205,7 @@ class Fleet:
             Policy(replace(self.navigator, method=method), np.array(some), publishes) for method, some in rows.items()
         ]
 
-    def _tables(self, delay: float, noise: float) -> tuple[RobotTable, list[Response]]:
+    def _tables(self, delay: float, noise: float) -> tuple[RobotTable, npt.NDArray[np.object_]]:
         """The table of robots, and the responses of its rows."""
         robots, distinct = self.members, dict[tuple[int, Limits], int]()
         n, policy_of = len(robots.limits), np.empty(len(robots.limits), np.int64)
@@ -243,7 +245,7 @@ class Fleet:
             margin_among(method, margin, most, time, noise)
             for method, margin in zip(robots.methods, robots.margins.tolist())
         ]
-        return table, [response for each in kinds for response in each]
+        return table, np.array([response for each in kinds for response in each], object)
 
     @property
     def span(self) -> float:
@@ -284,8 +286,8 @@ class Fleet:
 
     def _decide(
         self, order: Indices, settings: DecisionSettings, bodies: list[GrownBodies], obstacles: Obstacles
-    ) -> dict[int, Outcome]:
-        """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes by row.
+    ) -> None:
+        """Commit the robots (rows) in `order`, of one policy, to new manoeuvres; their outcomes are in the table.
 
         The table holds the others as observed. With shared manoeuvres each robot avoids the decisions of those before
         it. Where the compiled policy has no decision, a `Navigator` among the `obstacles` falls back.
@@ -293,23 +295,27 @@ class Fleet:
         if self._turning:
             states = [self._state(k) for k in range(len(self.members.limits))]
             self._bounds = bounds_of(self.members.limits, states)
-        fallen = self._decide_together(order, settings, bodies, obstacles)
+        decide_all = one_by_one if settings.shared else at_once
+        claims = self.right_of_way.claims(self.table)
+        for kind, own in enumerate(bodies):
+            stop_observed(kind, self.table, own, settings)
+        for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):
+            own = bodies[int(self.table.each["skeleton"][some[0]])]
+            tables = DecisionTables(
+                self.table, *own, self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES, claims
+            )
+            decide_all(some, tables, partial(self._fall_back, obstacles=obstacles, now=settings.now), self.threads)
         if self.watch is not None:
             self.watch(order, self.table, obstacles)
-        found = self.table.each["outcome"].tolist()
-        return {k: fallen[k] if k in fallen else OUTCOMES[found[k]] for k in order.tolist()}
 
-    def _decide_by_sight(
-        self, policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles
-    ) -> dict[int, Outcome]:
-        """The outcomes of robots (rows), each of which decides among the obstacles and the robots that it sees.
+    def _decide_by_sight(self, policy: Policy, some: Indices, settings: DecisionSettings, around: Obstacles) -> None:
+        """Decide for robots (rows), each among the obstacles and the robots that it sees.
 
         Robots that share their manoeuvres know them of all robots.
         """
         each, observed = self.table.each, self.table.observed
         d = self.dimension
-        now, outcomes = settings.now, dict[int, Outcome]()
-        times, points = observed.times.copy(), observed.points.copy()
+        now, times, points = settings.now, observed.times.copy(), observed.points.copy()
         # There is one world, number 0.
         obstacles, present = each_of(in_world(around, 0)), each["present"].copy()
         robots = [
@@ -324,35 +330,17 @@ class Fleet:
                 each["present"] = False
                 each["present"][others], each["present"][k] = observer.robots_seen, True
             bodies = self._grown_bodies(self._window(policy, seen, now))
-            outcomes |= self._decide(some[some == k], settings, bodies, seen)
+            self._decide(some[some == k], settings, bodies, seen)
             each["present"] = present
             if not settings.shared:
                 # The next robot may not see the obstacles at which the others were predicted to stop.
                 observed.times[:], observed.points[:] = times, points
-        return outcomes
 
     def _state(self, k: int) -> State:
         """The state of the robot in row k."""
         each, d = self.table.each, self.dimension
         heading = None if self.headings is None else float(self.headings[k])
         return State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d], heading)
-
-    def _decide_together(
-        self, order: Indices, settings: DecisionSettings, bodies: list[GrownBodies], obstacles: Obstacles
-    ) -> dict[int, Outcome]:
-        """The outcomes of the robots in `order` that fell back; the others are in the table."""
-        decide_all, fallen = one_by_one if settings.shared else at_once, dict[int, Outcome]()
-        claims = self.right_of_way.claims(self.table)
-        for kind, own in enumerate(bodies):
-            stop_observed(kind, self.table, own, settings)
-        for some in of_one_kind(order, self.table.each["skeleton"], settings.shared):
-            own = bodies[int(self.table.each["skeleton"][some[0]])]
-            tables = DecisionTables(
-                self.table, *own, self.responses, self._bounds, self.targets, settings, NO_OBJECTIVES, claims
-            )
-            fall_back = partial(self._fall_back, obstacles=obstacles, now=settings.now)
-            fallen |= decide_all(some, tables, fall_back, self.threads)
-        return fallen
 
     def known_to(
         self, k: int, table: RobotTable, obstacles: Obstacles, now: float
@@ -373,7 +361,7 @@ class Fleet:
             others[j] = Obstacle(shape, path, name, after_end="leaves" if lasts else "unknown")
         return passive, others
 
-    def _fall_back(self, k: int, obstacles: Obstacles, now: float) -> Outcome:
+    def _fall_back(self, k: int, obstacles: Obstacles, now: float) -> None:
         """Commit the robot in row k to the decision of a navigator among `obstacles` and the other robots."""
         each, d = self.table.each, self.dimension
         state = self._state(k)
@@ -390,8 +378,7 @@ class Fleet:
         )
         decision = navigator.fall_back(state, [*passive, *others.values()], goal, now=now)
         self._commit(k, decision.manoeuvre, now)
-        each["outcome"][k] = FALL_BACK
-        return decision.outcome
+        each["outcome"][k] = OUTCOMES.index(decision.outcome)
 
     def _commit(self, k: int, manoeuvre: Manoeuvre, now: float) -> None:
         """Commit the robot in row k to a manoeuvre that is not in the tables."""
@@ -414,11 +401,10 @@ class Fleet:
         if not self.members.methods[k].shared:
             self.table.each["settled"][k] = np.inf
 
-    def committed_responses(self) -> tuple[Response | str, ...]:
-        """The responses of the committed manoeuvres, "" without one."""
-        rows = self.table.each["response"].tolist()
-        others = zip(rows, self.other_responses, strict=True)
-        return tuple(self.response_parts[r] if r >= 0 else other for r, other in others)
+    def committed_responses(self) -> npt.NDArray[np.object_]:
+        """The responses (n,) of the committed manoeuvres, "" without one."""
+        rows = self.table.each["response"]
+        return np.where(rows >= 0, self.response_parts[rows], self.other_responses)
 
     def planned(self, t: float) -> tuple[Array, Array]:
         """Velocities (n, 3) [m/s] and positions (n, 3) [m] at time t [s] on the committed paths."""
@@ -496,11 +482,11 @@ class Fleet:
         self.right_of_way.update(self.table, left, at, within, self.period, around, to.guided)
         order = _in_turn(self.members.worlds, self._steps)
         self._steps += 1
-        return self._decision(there, self._outcomes(order[there[order]], around, now), now)
+        self._decide_by_policy(order[there[order]], around, now)
+        return self._decision(there, now)
 
-    def _outcomes(self, order: Indices, around: Obstacles, now: float) -> dict[int, Outcome]:
-        """The outcomes of the robots (rows) in `order` that decide now, among the obstacles `around`."""
-        outcomes = dict[int, Outcome]()
+    def _decide_by_policy(self, order: Indices, around: Obstacles, now: float) -> None:
+        """Commit the robots (rows) in `order`, which decide now among the obstacles `around`."""
         information = self.information
         information.receive(self.table, now)
         for policy, due in self._by_policy(order):
@@ -508,12 +494,11 @@ class Fleet:
             for some, period in information.groups(self.table, self.dimension, policy, due, now):
                 settings = policy.settings(now, max(self.period, period), self.table)
                 if self.observers:
-                    outcomes |= self._decide_by_sight(policy, some, settings, around)
+                    self._decide_by_sight(policy, some, settings, around)
                 else:
-                    outcomes |= self._decide(some, settings, bodies, around)
-        return outcomes
+                    self._decide(some, settings, bodies, around)
 
-    def _decision(self, there: Flags, outcomes: dict[int, Outcome], now: float) -> FleetDecision:
+    def _decision(self, there: Flags, now: float) -> FleetDecision:
         """Commands for the robots until the next step."""
         each, d = self.table.each, self.dimension
         velocity, position = self.planned(now + self.period)
@@ -525,8 +510,10 @@ class Fleet:
         left, targets, tolerances = self.destinations.distances(self.table)
         left[~there | (each["objective"] != ARRIVE)] = np.nan
         stalled = self._approaches.stalled(left, targets, tolerances, self._fastest, now)
-        found = tuple(outcomes[k] if here else None for k, here in enumerate(there.tolist()))
-        return FleetDecision(acceleration, velocity, position, found, stalled, stalled >= self.navigator.stuck_after)
+        outcomes = BY_NUMBER[each["outcome"]]
+        outcomes[~there] = None
+        stuck = stalled >= self.navigator.stuck_after
+        return FleetDecision(acceleration, velocity, position, tuple(outcomes), stalled, stuck)
 
     def manoeuvres(self, robots: Sequence[int] | None = None) -> tuple[Obstacle, ...]:
         """The committed manoeuvres of the robots that are present, or of some of them (rows), as obstacles.

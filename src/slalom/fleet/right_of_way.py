@@ -89,11 +89,13 @@ class RightOfWay:
         self.held_up = np.where(claims, times, 0.0)
         self._others = [one.standing for one in others if isinstance(one, PublishedManoeuvre) and one.standing]
         self._active = not guided or len(self._others) > 0
-        position = np.array([*each["position"].tolist(), *(one.position for one in self._others)])
-        visited = [*self._visited.tolist(), *(one.visited for one in self._others)]
+        if not self._active:
+            return
+        position = np.concatenate([each["position"], *([one.position] for one in self._others)])
+        lefts = np.append(left, [one.left for one in self._others])
+        visited = np.append(self._visited, [one.visited for one in self._others])
         ranks = np.empty(len(position), np.int64)
-        lefts = [*left.tolist(), *(one.left for one in self._others)]
-        keys = (*position.T[::-1], lefts, visited, np.array(lefts) <= 0.0)
+        keys = (*position.T[::-1], lefts, visited, lefts <= 0.0)
         ranks[np.lexsort(keys)] = np.arange(len(position))
         each["rank"], self._other_ranks = ranks[: len(left)], ranks[len(left) :]
 

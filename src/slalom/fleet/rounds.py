@@ -14,7 +14,6 @@ from typing import Final, TypeVar
 import numpy as np
 
 from slalom import kernels
-from slalom.decision import Outcome
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import CellList, DecisionTables
 
@@ -52,8 +51,8 @@ ROBOTS_PER_THREAD: Final = 20
 threads take longer to start than their robots to decide. Larger: fewer cores are used. It changes no decision."""
 
 
-FallBack = Callable[[int], Outcome]
-"""Decides for a robot (its row) for which the kernel found no decision; returns the outcome."""
+FallBack = Callable[[int], None]
+"""Decides for a robot (its row) for which the kernel found no decision."""
 
 
 def of_one_kind(some: Indices, kinds: Indices, in_order: bool) -> list[Indices]:
@@ -69,19 +68,19 @@ def of_one_kind(some: Indices, kinds: Indices, in_order: bool) -> list[Indices]:
     return np.split(some[order], np.flatnonzero(np.diff(own[order])) + 1)
 
 
-def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, Outcome]:
-    """Decide for the robots `some` (m,), independently of each other; the outcomes of those that fell back."""
+def at_once(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> None:
+    """Decide for the robots `some` (m,), independently of each other."""
     cells = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
-    return {k: fall_back(k) for k in _undecided(some, cells, tables, threads)}
+    for k in _undecided(some, cells, tables, threads):
+        fall_back(k)
 
 
-def one_by_one(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> dict[int, Outcome]:
+def one_by_one(some: Indices, tables: DecisionTables, fall_back: FallBack, threads: int) -> None:
     """Decide for the robots `some` (m,) in their order, each after those before it that it can meet.
 
     A round holds robots that cannot meet, so the decisions are those of one robot after the other. Robots after a robot
-    with a fallback decide after it. Returns the outcomes of robots that fell back.
+    with a fallback decide after it.
     """
-    outcomes: dict[int, Outcome] = {}
     while len(some):
         cells = kernels.build_cell_list(some, tables.robots, tables.responses, tables.settings)
         rounds = kernels.independent_rounds(some, cells, tables.robots)
@@ -91,8 +90,8 @@ def one_by_one(some: Indices, tables: DecisionTables, fall_back: FallBack, threa
         else:
             undecided, last = _in_rounds(some, rounds, cells, tables, threads)
             some = some[rounds > last]
-        outcomes.update({k: fall_back(k) for k in undecided})
-    return outcomes
+        for k in undecided:
+            fall_back(k)
 
 
 def _in_rounds(

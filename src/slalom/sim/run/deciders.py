@@ -29,10 +29,10 @@ from slalom.sim.scenario import SIGHT, Robot, Scenario
 
 
 class Decisions(NamedTuple):
-    """The decisions of one step, by the row of the robot."""
+    """The decisions of one step: names of outcomes by the row of the robot, "" without one; the time of each."""
 
-    outcomes: dict[int, str]
-    times: dict[int, float]  # [s] wall clock
+    outcomes: list[str]  # n
+    time: float  # [s] wall clock
 
 
 class Decider(Protocol):
@@ -65,17 +65,16 @@ class SingleRobotDecider:
 
     def decide(self, now: float) -> Decisions:
         if np.isinf(self.states.appeared[0]):
-            return Decisions({}, {})
+            return Decisions([""], 0.0)
         before = perf_counter()
-        state = self.states.state(0)
-        goal = self.scenario.robot.goal
+        state, goal = self.states.state(0), self.scenario.robot.goal
         if self._observer is not None:
             obstacles: Obstacles = self._observer.look(state, self.scenario.obstacles, now, goal.position(now))
         else:
             obstacles = self._table
         self.decision = self._navigator.decide(state, obstacles, goal, now=now, previous=self.decision)
         self.states.progress[0] = self.decision.progress
-        return Decisions({0: self.decision.outcome.name}, {0: perf_counter() - before})
+        return Decisions([self.decision.outcome.name], perf_counter() - before)
 
     def decide_in(self, state: State, now: float) -> Decision:
         """The decision at `now` [s] of the robot in `state`; the next one continues it."""
@@ -137,8 +136,7 @@ class FleetDecider:
         fleet.information = next(iter(sensing), fleet.information)
 
     def decide(self, now: float) -> Decisions:
-        before, states = perf_counter(), self.states
-        d = self.scenario.dimension
+        before, states, d = perf_counter(), self.states, self.scenario.dimension
         found = self.fleet.step(
             now,
             states.position[:, :d],
@@ -148,15 +146,16 @@ class FleetDecider:
             present=states.present,
         )
         states.progress = self.fleet.destinations.progress
-        outcomes = {k: outcome.name for k, outcome in enumerate(found.outcomes) if outcome is not None}
-        return Decisions(outcomes, dict.fromkeys(outcomes, (perf_counter() - before) / max(len(outcomes), 1)))
+        outcomes = ["" if outcome is None else outcome.name for outcome in found.outcomes]
+        return Decisions(outcomes, (perf_counter() - before) / max(int(states.present.sum()), 1))
 
     def accelerations(self, now: float, duration: float) -> Array:
         velocity, _ = self.fleet.planned(now + duration)
         return self.states.stop_departed((velocity - self.states.velocity) / duration, duration)
 
     def committed(self) -> tuple[Array, ResponseRow]:
-        return self.fleet.table.each["control"][:, : self.scenario.dimension].copy(), self.fleet.committed_responses()
+        controls = self.fleet.table.each["control"][:, : self.scenario.dimension].copy()
+        return controls, tuple(self.fleet.committed_responses())
 
 
 class PeerDecider:
@@ -233,7 +232,7 @@ class PeerDecider:
         self._follow(now)
         before, states = perf_counter(), self.states
         if not states.present.any():
-            return Decisions({}, {})
+            return Decisions([""] * len(states.present), 0.0)
         if not np.array_equal(self._members, states.present):
             self._begin(states.present)
         here = np.flatnonzero(self._members).tolist()
@@ -252,8 +251,8 @@ class PeerDecider:
             # RVO2 computes in single precision and exceeds the maximum speed by up to a percent.
             excess = float(np.linalg.norm(velocity)) / own.max_speed
             self._chosen[k] = velocity / max(excess, 1.0) if self._answered[k] else state.velocity
-        outcomes = {k: CHOSEN if self._answered[k] else UNANSWERED for k in here}
-        return Decisions(outcomes, dict.fromkeys(outcomes, (perf_counter() - before) / len(here)))
+        outcomes = np.where(self._members, np.where(self._answered, CHOSEN, UNANSWERED), "").tolist()
+        return Decisions(outcomes, (perf_counter() - before) / len(here))
 
     def accelerations(self, now: float, duration: float) -> Array:
         states = self.states

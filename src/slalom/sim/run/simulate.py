@@ -154,13 +154,13 @@ class Run:
             states.note_arrivals(now)
             if states.all_arrived:
                 break
-            made = Decisions({}, {})
+            made = Decisions([""] * len(rows), 0.0)
             if k % scenario.steps_per_decision == 0:
                 let_appear(decider, now)
                 made = decider.decide(now)
             acceleration = decider.accelerations(now, dt)
             log.count += 1
-            log.statuses.update(made.outcomes.values())
+            log.statuses.update(filter(None, made.outcomes))
             if self._record:
                 log.steps.append(_step(decider, acceleration, made, rows, scenario.dimension))
             states.integrate(acceleration, dt)
@@ -216,12 +216,13 @@ def _step(decider: Decider, acceleration: Array, made: Decisions, rows: Indices,
     states = decider.states
     (controls, responses) = decider.committed()
     order = rows.tolist()
+    outcomes = tuple(made.outcomes[k] for k in order)
     return Step(
         positions=states.position[rows, :d],
         velocities=states.velocity[rows, :d],
         accelerations=acceleration[rows, :d],
         controls=controls[rows],
         responses=tuple(responses[k] for k in order),
-        outcomes=tuple(made.outcomes.get(k, "") for k in order),
-        decision_times=np.array([made.times.get(k, 0.0) for k in order]),
+        outcomes=outcomes,
+        decision_times=np.where(np.array(outcomes) != "", made.time, 0.0),
     )
