@@ -15,6 +15,7 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from types import CodeType
@@ -108,13 +109,17 @@ def fleet(method: str, robots: int, steps: int, room: float) -> Scene:
     return prepare
 
 
-def ring() -> tuple[Callable[[], Any], int]:
-    """The first two steps of the ring of 50."""
-    import slalom
-    from slalom.sim import gallery, simulate
+def of_gallery(name: str, robots: int, steps: int) -> Scene:
+    """The first steps of the robots of a scenario of the gallery."""
 
-    scenario = gallery.build("ring", {"robots": 50, "duration": 0.2})
-    return lambda: simulate(scenario, slalom.method("nao")), 100
+    def prepare() -> tuple[Callable[[], Any], int]:
+        import slalom
+        from slalom.sim import gallery, simulate
+
+        scenario = replace(gallery.build(name, {"robots": robots}), duration=0.1 * steps)
+        return lambda: simulate(scenario, slalom.method("nao")), robots * steps
+
+    return prepare
 
 
 def filtered() -> tuple[Callable[[], Any], int]:
@@ -148,6 +153,7 @@ def vehicle() -> tuple[Callable[[], Any], int]:
 SHORT: dict[str, Scene] = {
     "roundabout": crossing("gallery", "roundabout_crossing", 12),
     "fleet": fleet("nao", 8, 2, 9.0),
+    "doorway": of_gallery("doorway", 8, 6),
     "filter": filtered,
     "vehicle": vehicle,
 }
@@ -158,7 +164,7 @@ LONG: dict[str, Scene] = {
     "observed_40": crossing("observed", 40, 40),
     "town": crossing("town", None, 10),
     "fleet_300": fleet("nao", 300, 2, 100.0),
-    "ring_50": ring,
+    "ring_50": of_gallery("ring", 50, 2),
 }
 
 

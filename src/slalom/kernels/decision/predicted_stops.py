@@ -102,7 +102,7 @@ def contact_on_path(
     level = np.inf
     place = np.zeros((1, 3))
     direction = np.array([[1.0, 0.0]])
-    hulls = hulls_of_bodies(bodies.corners, bodies.hull, np.empty((4, 2, 0)))
+    hulls = hulls_of_bodies(bodies.corners, bodies.hull[b : b + 1], np.empty((4, 2, 0)))
     if len(bodies.pieces.turns) > 0:
         direction[0, 0] = bodies.pieces.turns[s, 0, 0]
         direction[0, 1] = bodies.pieces.turns[s, 0, 1]

@@ -5,11 +5,12 @@ from typing import Final
 import numpy as np
 
 from slalom.base.tolerances import CONTACT
-from slalom.kernels.arrays import Array, Hulls, Segments, Workspace
+from slalom.kernels.arrays import Array, Direction, Hulls, Segments, Workspace
 from slalom.kernels.geometry.cubic import modulus_at, restrict, to_control, value
 from slalom.kernels.geometry.hulls import (
     MovingHull,
     corners_at,
+    distance_bound,
     hull_distance,
     load_path,
     order,
@@ -64,8 +65,8 @@ def hull_element(
     gain, cross = table.gains[:, s], table.cross[:, s : s + 1]
     n = hulls.first[h + 1] - hulls.first[h]
     if n > 1 and dimension == 2 and cross.shape[1] == 0:
-        depth = -hull_distance(moving, place, q)[0]
-        depth /= value(gain[0], gain[1], gain[2], gain[3], place)
+        deepest = hull_distance(moving, place, q)
+        depth = -deepest[0] / value(gain[0], gain[1], gain[2], gain[3], place)
         turning = abs(path[0, 3] - path[3, 3]) + abs(path[0, 4] - path[3, 4]) > 0.0
         smallest = smallest_ball(limits, len(limits))
         far = np.sqrt(squared(u[0] - limits[smallest, 1]) + squared(u[1] - limits[smallest, 2])) + limits[smallest, 4]
@@ -81,6 +82,8 @@ def hull_element(
             if m > 1 and r - signed_distance(q, m)[0] > max(ELEMENT_DEPTH * depth, ELEMENT_RADIUS * r):
                 shift(q, m, u)
                 return m, r
+            if is_shallow(moving, gain, deepest, a, b):
+                break
             half *= 0.5
     n = corners_at(moving, place, q)
     if hulls.unordered[h]:
@@ -89,6 +92,20 @@ def hull_element(
         to_control(gain, cross, place, q[j])
     shift(q, n, u)
     return n, (moving.radius + moving.growth * place + CONTACT) / modulus_at(gain, cross, place)
+
+
+@kernel
+def is_shallow(moving: MovingHull, gain: Array, direction: Direction, a: float, b: float) -> bool:
+    """Whether nothing that elements between a and b cover holds the control as deep as ELEMENT_RADIUS asks for.
+
+    All of it lies beyond a line across the `direction` of the distance. So it is where a wall is hardly touched.
+    """
+    g0, g1, g2, g3 = restrict(gain[0], gain[1], gain[2], gain[3], a, b)
+    slow, fast = min(min(g0, g1), min(g2, g3)), max(max(g0, g1), max(g2, g3))
+    # By CONTACT more and less, for rounding and for a sag that is taken off the radius.
+    depth = CONTACT - distance_bound(moving, a, b, direction, direction)
+    radius = moving.radius + min(moving.growth * a, moving.growth * b) - CONTACT
+    return bool(depth * fast < ELEMENT_RADIUS * radius * slow)
 
 
 @kernel
