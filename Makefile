@@ -16,7 +16,7 @@ export PIP_NO_COMPILE := 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo docs tables test test-adapters test-all test-paper debug-test nightly kernels golden chromium ci lint bench
-.PHONY: speed release-check clean
+.PHONY: speed wheel release release-check clean
 
 .venv/run.stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else f"slalom needs Python 3.11 or later, found {sys.version.split()[0]}; try: make PYTHON=python3.12")'
@@ -92,6 +92,17 @@ chromium:
 # Builds sdist and wheel in out/dist, lists them, and installs them into clean environments of every Python there is.
 release-check: .venv/test.stamp
 	PIP_CONSTRAINT= $(BIN)/python tools/release_check.py
+
+# A wheel for this Python, platform and numba that holds the compiled kernels: nothing compiles where it is installed.
+wheel: .venv/test.stamp
+	rm -rf out/compiled out/dist/slalom-*-none-[!a]*.whl
+	NUMBA_CACHE_DIR=$(CURDIR)/out/compiled/made $(BIN)/python -m slalom compile --export out/compiled/entries
+	SLALOM_WHEEL_ENTRIES=$(CURDIR)/out/compiled/entries $(BIN)/python -m build --wheel --no-isolation --outdir out/dist
+	PIP_CONSTRAINT= $(BIN)/python tools/release_check.py --compiled out/dist/slalom-*-none-[!a]*.whl
+
+release:
+	$(MAKE) --no-print-directory release-check
+	$(MAKE) --no-print-directory wheel
 
 # What continuous integration runs.
 ci: demo kernels golden chromium

@@ -2,7 +2,7 @@
 
 Builds the sdist and from it the wheel, compares the wheel with the sources, and installs it into a clean environment
 of every Python that is available. There it runs from another folder, without a home, and without the right to write
-into the installation.
+into the installation. With --compiled FILE it checks such a wheel alone: with an empty cache nothing compiles.
 """
 
 import argparse
@@ -16,6 +16,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from email.parser import Parser
+from importlib import metadata
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,6 +24,8 @@ ROOT = Path(__file__).parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 LARGEST = 1.5e6
 """[B] Largest wheel: the sources, a recording of 1.5 MB before compression, and the renderer of the view."""
+LARGEST_COMPILED = 25e6
+"""[B] Largest wheel with compiled kernels."""
 EXPECTED = re.compile(r"slalom/[\w/]+\.(py|pyi)|slalom/py\.typed|slalom/data/[\w.]+|slalom/live/renderer/[\w.]+")
 """Files that belong into the wheel, besides its metadata."""
 SMOKE = (
@@ -62,6 +65,19 @@ for name in ("sim", "view"):
         sys.exit(f"slalom.{name}: expected MissingExtra, found none")
 """
 """Use of an installation without extras: it decides, moves a fleet, and names what is missing."""
+REFUSING = """
+from numba.core.event import Listener, register
+
+class Refuse(Listener):
+    def on_start(self, event):
+        raise SystemExit(f"expected a compiled kernel, found none of {event.data['dispatcher'].__name__}")
+
+    def on_end(self, event):
+        pass
+
+register("numba:compile", Refuse())
+"""
+"""After it nothing can compile."""
 NO_COMMAND = "slalom: expected the packages of `pip install 'slalom[sim]'`, found no "
 """What the command says without extras."""
 
@@ -94,7 +110,7 @@ def check_contents(sdist: Path, wheel: Path) -> None:
     """Print and check what is in both files."""
     with zipfile.ZipFile(wheel) as file:
         sizes = {info.filename: info.file_size for info in file.infolist()}
-        metadata = Parser().parsestr(file.read(next(name for name in sizes if name.endswith("METADATA"))).decode())
+        described = Parser().parsestr(file.read(next(name for name in sizes if name.endswith("METADATA"))).decode())
     inside = {name for name in sizes if ".dist-info/" not in name}
     strange = sorted(name for name in inside if not EXPECTED.fullmatch(name))
     tracked = required(["git", "ls-files", "src/slalom"], cwd=ROOT).splitlines()
@@ -119,7 +135,7 @@ def check_contents(sdist: Path, wheel: Path) -> None:
         "Description-Content-Type",
         "Project-URL",
     ):
-        if not metadata.get(name):
+        if not described.get(name):
             raise Failed(f"{wheel.name}: expected {name} in the metadata, found none")
 
 
@@ -163,6 +179,21 @@ def check_installed(python: str, wheel: Path, folder: Path) -> None:
             print(f"  slalom {' '.join(words)}: {done.returncode}")
 
 
+def check_compiled(wheel: Path) -> None:
+    """Install a wheel with compiled kernels into a clean environment: it decides, and compiles nothing."""
+    if (size := wheel.stat().st_size) > LARGEST_COMPILED:
+        raise Failed(f"{wheel.name}: expected at most {LARGEST_COMPILED / 1e6:g} MB, found {size / 1e6:.2f}")
+    with TemporaryDirectory() as folder:
+        program = Path(folder, "environment", "bin", "python")
+        required([sys.executable, "-m", "venv", Path(folder, "environment")])
+        required([program, "-m", "pip", "install", "--quiet", wheel, f"numba=={metadata.version('numba')}"])
+        settings = {"PATH": os.defpath, "HOME": "/nonexistent", "NUMBA_CACHE_DIR": str(Path(folder, "empty"))}
+        before = sum(os.times()[2:4])
+        required([program, "-c", REFUSING + CORE], cwd=folder, env=settings)
+        spent = sum(os.times()[2:4]) - before
+        print(f"{wheel.name}: {size / 1e6:.2f} MB; it decided and moved a fleet in {spent:.1f} s of processor time")
+
+
 @contextmanager
 def read_only(folder: Path) -> Iterator[list[str]]:
     """Take the right to write into a folder away; yield the beginning of commands for which that holds.
@@ -188,7 +219,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pythons", nargs="*", default=PYTHONS, help="versions to install into, if available")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "dist", help="folder for sdist and wheel")
+    parser.add_argument("--compiled", type=Path, help="check this wheel with compiled kernels, and nothing else")
     options = parser.parse_args()
+    if options.compiled:
+        check_compiled(options.compiled)
+        return
     shutil.rmtree(options.out, ignore_errors=True)
     sdist, wheel = built(options.out)
     check_contents(sdist, wheel)

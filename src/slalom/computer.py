@@ -5,6 +5,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from itertools import product
 from multiprocessing import get_context
+from pathlib import Path
 from time import perf_counter, process_time
 from typing import Final
 
@@ -12,13 +13,14 @@ import numpy as np
 
 from slalom import kernels
 from slalom.base.checks import known, whole
-from slalom.base.errors import first_missing
+from slalom.base.errors import InvalidInput, first_missing
+from slalom.base.writing import writing
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select_many
 from slalom.decision import Decision
 from slalom.decision.methods import METHODS
 from slalom.decision.navigator import Navigator
-from slalom.decision.objective import Arrive, preferred_control
+from slalom.decision.objective import Arrive, FollowVelocity, preferred_control
 from slalom.fleet.fleet import Fleet
 from slalom.forecast.forecast import FromModels
 from slalom.lookahead.navigator import LookAhead
@@ -141,6 +143,7 @@ def vehicles() -> None:
             for now in (0.0, 0.1):
                 decision = robot.decide(pose, around, goal, now=now, previous=decision)
                 pose = car.drive(pose, decision.command)
+        robot.decide(start, [disc], objective=FollowVelocity((0.0, 0.0)))
         for y in (0.4, 0.6):
             rock = Obstacle(Disc(0.3), Stationary((0.3, y)))
             for around in ([rock], [rock, walls]):
@@ -226,6 +229,47 @@ def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | 
         for done in as_completed(named):
             if progress:
                 progress(named[done], done.result())
+
+
+def export_entries(folder: Path) -> list[Path]:
+    """Copy the compiled kernels that are kept on disk, and that fit, into a folder, which other machines can use.
+
+    Raises:
+        InvalidFile: a file that cannot be written.
+    """
+    from slalom.kernels import entries
+
+    kept = {path.name: path for one in (*entries.GIVEN, entries.OWN) if one for path in entries.fitting(one)}
+    with writing(folder):
+        for name, path in kept.items():
+            entries.write(folder / name, path.read_bytes())
+        entries.write(folder / entries.LABEL, entries.MADE_FOR.encode() + b"\n")
+    return [folder / name for name in kept]
+
+
+def import_entries(folder: Path) -> tuple[list[Path], list[Path]]:
+    """Copy the compiled kernels of a folder that fit to where they are kept; return them, and those that are damaged.
+
+    Raises:
+        InvalidInput: a folder without a kernel that fits. InvalidFile: a file that cannot be written.
+    """
+    from slalom.kernels import entries
+
+    found = entries.fitting(folder)
+    damaged = [path for path in found if entries.read(path) is None]
+    if not found:
+        label = folder / entries.LABEL
+        there = f"those for {label.read_text().strip()}" if label.is_file() else "none"
+        raise InvalidInput(
+            f"{folder}: expected compiled kernels of these sources for {entries.MADE_FOR}, found {there}"
+        )
+    if entries.OWN is None:
+        raise InvalidInput("import: expected a folder that can be written, found none: NUMBA_CACHE_DIR names one")
+    with writing(entries.OWN):
+        for path in found:
+            if path not in damaged:
+                entries.write(entries.OWN / path.name, path.read_bytes())
+    return [path for path in found if path not in damaged], damaged
 
 
 def _timed(name: str) -> float:

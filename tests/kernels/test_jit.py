@@ -12,7 +12,7 @@ import pytest
 from pages import blocks
 
 from slalom import kernels
-from slalom.kernels import jit
+from slalom.kernels import entries, jit
 
 
 def test_no_kernel_has_the_name_of_a_module() -> None:
@@ -21,12 +21,13 @@ def test_no_kernel_has_the_name_of_a_module() -> None:
     assert not modules & set(kernels.__all__)
 
 
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("0*.py"))
 KERNELS = sorted(Path(kernels.__file__).parent.rglob("*.py"))
 
 
 def inside(*paths: Path) -> set[str]:
     """Return paths relative to the package."""
-    return {path.relative_to(jit.ROOT / "slalom").as_posix() for path in paths}
+    return {path.relative_to(entries.ROOT / "slalom").as_posix() for path in paths}
 
 
 @pytest.mark.parametrize("file", KERNELS, ids=lambda file: file.stem)
@@ -34,22 +35,24 @@ def test_kernels_import_at_their_heads(file: Path) -> None:
     """Above the first two blank lines, which is all that the key of the cache reads; and nothing above `kernels`."""
     nodes = [node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.ImportFrom)]
     every = {node.module for node in nodes if node.module and node.module.startswith("slalom.")}
-    read = {path.relative_to(jit.ROOT).with_suffix("").as_posix().replace("/", ".") for path in jit.imported(file)}
+    read = {
+        path.relative_to(entries.ROOT).with_suffix("").as_posix().replace("/", ".") for path in entries.imported(file)
+    }
     assert every <= read | {name.rpartition(".")[0] for name in read}
-    assert all(path in KERNELS or "tolerances" in path.name for path in jit.made_from(file))
+    assert all(path in KERNELS or "tolerances" in path.name for path in entries.made_from(file))
 
 
 def test_the_key_of_a_kernel_is_the_content_of_its_files(tmp_path: Path) -> None:
     """An edit elsewhere compiles nothing: of the view, and of the guidance for decisions."""
-    shutil.copytree(jit.ROOT / "slalom", tmp_path / "slalom", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(entries.ROOT / "slalom", tmp_path / "slalom", ignore=shutil.ignore_patterns("__pycache__"))
     policy, guidance = (
         tmp_path / "slalom" / "kernels" / name for name in ("decision/policy.py", "guidance/traffic_circle.py")
     )
 
     def digests() -> list[str]:
-        for function in (jit.imported, jit.made_from, jit.sources_digest):
+        for function in (entries.imported, entries.made_from, entries.sources_digest):
             function.cache_clear()
-        return [jit.sources_digest(file, tmp_path) for file in (policy, guidance)]
+        return [entries.sources_digest(file, tmp_path) for file in (policy, guidance)]
 
     def changed(name: str) -> list[bool]:
         before = digests()
@@ -63,7 +66,7 @@ def test_the_key_of_a_kernel_is_the_content_of_its_files(tmp_path: Path) -> None
     assert changed("kernels/guidance/priority_inheritance.py") == [False, False]
     assert changed("kernels/selection/exchange.py") == [True, False]
     assert changed("kernels/jit.py") == [True, True]
-    assert inside(*jit.made_from(jit.ROOT / "none.py")) >= inside(*KERNELS)
+    assert inside(*entries.made_from(entries.ROOT / "none.py")) >= inside(*KERNELS)
 
 
 def halved(x: float) -> float:
@@ -104,7 +107,10 @@ print(earliest_arrival(np.array([3.0, 0.0]), np.zeros(2), 1.0, 1.0, 0.1) > 0.0)
 
 @pytest.mark.slow
 def test_nothing_is_compiled_after_compile(tmp_path: Path) -> None:
-    """No scenario, method, sample, export or block of the documentation needs a kernel that it did not make."""
+    """No scenario, method, sample, export, example or block of the documentation needs a kernel that it did not make.
+
+    Nor does a driver whose goal is taken away in front of a person, a vehicle without a goal, nor an imported entry.
+    """
     program = """
 import json
 from pathlib import Path
@@ -115,6 +121,7 @@ import slalom
 from slalom.cli import call
 from slalom.io.table import SAMPLES
 from slalom.sim import gallery, simulate
+from slalom.vehicle import DifferentialDrive, Pose, VehicleNavigator
 
 if __name__ == "__main__":
     slalom.compile(jobs=2)
@@ -137,6 +144,15 @@ if __name__ == "__main__":
     rock = slalom.Obstacle(slalom.Disc(1.0), slalom.Stationary((4.0, 0.1)))
     begun = slalom.LookAhead(navigator, budget=1.0).decide(slalom.State((0.0, 0.0), (1.0, 0.0)), [rock], goal)
     assert begun.outcome.name == "BEGUN"
+    use = "driver"
+    car = DifferentialDrive(0.4, 1.2, 3.0, period=0.1, lag=0.15, delay=0.02)
+    robot = VehicleNavigator(car, slalom.METHODS["nao"], slalom.Disc(0.3))
+    driver, pose = slalom.Driver(robot, slalom.Tracker(slalom.Disc(0.3))), Pose((0.0, 0.0), 0.0, 1.0)
+    for k in range(12):
+        driver.head_for(goal if k < 5 else None)
+        driver.see(0.1 * k, [("person", (pose.position[0] + 1.0, 0.1))] if k >= 5 else [])
+        driver.locate(0.1 * k, pose)
+        pose = car.drive(pose, driver.command(0.1 * k).command)
     for use in gallery.GALLERY:
         for method in ("nao", "vo", "nao_shared", "avo", "rvo", "nao_ahead"):
             try:
@@ -157,7 +173,8 @@ if __name__ == "__main__":
 """
     script = tmp_path / "program.py"
     script.write_text(program)
-    (tmp_path / "blocks.json").write_text(json.dumps(blocks("python")))
+    examples = [(path.name, path.read_text()) for path in EXAMPLES]
+    (tmp_path / "blocks.json").write_text(json.dumps([*blocks("python"), *examples]))
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -2,8 +2,6 @@
 
 import ast
 import operator
-import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -17,31 +15,6 @@ from slalom.kernels import jit, numba_extensions
 
 KERNELS = Path(numba_extensions.__file__).parent
 NUMBERS = {"int", "float", "bool"}
-
-AGAIN = """
-import numpy as np
-from slalom.kernels.jit import kernel
-from slalom.kernels.decision.detours import detour_length
-
-@kernel
-def twice(a, b):
-    return 2.0 * detour_length(a, b, np.zeros(2), 1.0)
-
-part = detour_length.get_overload.__self__
-print(twice(np.array([-3.0, 0.0]), np.array([3.0, 0.1])) > 0.0)
-print(sum(part.stats.cache_hits.values()), *{type(one.library).__name__ for one in part.overloads.values()})
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not jit.FITS, reason="parts do not fit this numba")
-def test_parts_are_loaded_from_the_cache_as_parts(tmp_path):
-    """Otherwise they would be translated without optimisation, and new entries would call that code."""
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", AGAIN]
-    runs = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True) for _ in range(2)]
-    said = [run.stdout for run in runs]
-    assert said == ["True\n0 PartLibrary\n", "True\n1 PartLibrary\n"]
 
 
 def held(x: np.ndarray, y: np.ndarray, many: int) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:

@@ -202,7 +202,7 @@ def test_the_page_tells_that_kernels_compile(monkeypatch: pytest.MonkeyPatch) ->
 
     def compiling() -> str:
         while kernels.when_compiling:  # as numba's listener does in this thread
-            kernels.when_compiling.pop(0)(True)
+            kernels.when_compiling.pop(0)("compiling")
         deadline = time.monotonic() + 10.0
         while len(sent) == before and time.monotonic() < deadline:
             time.sleep(0.01)
@@ -215,7 +215,7 @@ def test_the_page_tells_that_kernels_compile(monkeypatch: pytest.MonkeyPatch) ->
         before = len(sent)
         assert asyncio.run(notice.during(compiling, Client())) == "compiled"  # type: ignore[arg-type]
         assert unpack(sent[k])[0] == {"kind": "note", "text": "compiling, up to a minute"}
-    notice._tell(True)  # after the server has stopped
+    notice._tell("compiling")  # after the server has stopped
 
 
 def test_stale_commands_are_dropped_and_others_kept() -> None:

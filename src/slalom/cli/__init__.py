@@ -58,7 +58,7 @@ def call(tokens: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             # Names in files may hold what the encoding of the terminal does not.
             stream.reconfigure(errors="backslashreplace")
-    kernels.when_compiling[:] = [lambda kept: print_message(kernels.compiling(kept))]
+    kernels.when_compiling[:] = [print_message]
     try:
         code = app(tokens, exit_on_error=False, print_error=False)
     except UnusedCliTokensError as error:

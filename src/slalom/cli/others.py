@@ -201,18 +201,26 @@ def compile_(
         Parameter(help="robot, polygons, fleets, space, vehicles, ahead, crowd, learners, figures; all by default."),
     ],
     jobs: Annotated[Whole | None, Parameter(help="Number of processes; by default one for each core.")] = None,
+    export: Annotated[Path | None, Parameter(help="Then copy the compiled kernels into this folder.")] = None,
+    import_: Annotated[Path | None, Parameter(name="--import", help="First take those of such a folder.")] = None,
 ) -> None:
     """Compile all kernels, once after an installation; decisions after it compile nothing.
 
     Without it, the first use compiles the kernels that it needs. The result is kept on disk for this user. Each process
-    loads kernels when it first uses them; `slalom.compile()` in Python loads all.
+    loads kernels when it first uses them; `slalom.compile()` in Python loads all. Machines with the same sources,
+    Python, numba and kind of processor can use an exported folder, also unchanged: SLALOM_ENTRIES names such folders.
     """
     from slalom.base.checks import known, whole
-    from slalom.computer import USES, compile as compile_uses
+    from slalom.computer import USES, compile as compile_uses, export_entries, import_entries
 
     for name in uses:
         known(name, "uses", list(USES))
     jobs = (os.cpu_count() or 1) if jobs is None else whole(jobs, "jobs", 1)
+    if import_ is not None:
+        taken, damaged = import_entries(import_)
+        print_message(f"slalom: {len(taken)} compiled kernels from {import_}")
+        for path in damaged:
+            print_message(f"slalom: {path} is damaged, it is compiled anew")
     print_message("slalom: compiling, one to two minutes after an installation, seconds later on")
     done, count = itertools.count(1), len(uses or USES)
     compile_uses(
@@ -220,6 +228,8 @@ def compile_(
         jobs=jobs,
         progress=lambda name, seconds: print_message(f"{next(done)} of {count}, {name}: {seconds:.1f} s"),
     )
+    if export is not None:
+        print_message(f"slalom: {len(export_entries(export))} compiled kernels in {export}")
 
 
 ros = App(name="ros", help="Decide from messages of ROS 2, without ROS.", help_format="plaintext")

@@ -4,17 +4,24 @@ import logging
 from collections.abc import Callable
 
 
-def compiling(kept: bool) -> str:
-    """The sentence for the user while kernels compile; `kept`: whether the result is cached on disk."""
+def compiling(kept: bool, why: str = "") -> str:
+    """The sentence for the user while kernels compile; `kept`: whether the result is kept on disk.
+
+    `why`: why no compiled entry is used, if there are some.
+    """
+    text = "slalom: compiling, in every process, since no cache folder can be written: NUMBA_CACHE_DIR names one"
     if kept:
-        return "slalom: compiling, once after an installation: up to a minute (`slalom compile` does it beforehand)"
-    return "slalom: compiling, in every process, since no cache folder can be written: NUMBA_CACHE_DIR names one"
+        text = (
+            "slalom: compiling, once after an installation: up to a minute (`slalom compile` does it beforehand, "
+            "a wheel with compiled kernels needs none)"
+        )
+    return f"{text}; {why}" if why else text
 
 
-def _log(kept: bool) -> None:
-    logging.getLogger("slalom").warning(compiling(kept))
+def _log(text: str) -> None:
+    logging.getLogger("slalom").warning(text)
 
 
-when_compiling: list[Callable[[bool], None]] = [_log]
-"""Functions that are called once each when the first kernel is compiled, with whether the result is cached on disk. By
-default the logger "slalom" warns."""
+when_compiling: list[Callable[[str], None]] = [_log]
+"""Functions that are called once each when the first kernel is compiled, with the sentence for the user. By default the
+logger "slalom" warns."""

@@ -84,7 +84,7 @@ class CompilationNotice:
         self._waiting: set[asyncio.Event] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
 
-    def _tell(self, kept: bool) -> None:
+    def _tell(self, _: str) -> None:
         """Wake all connections that wait; called in the thread that compiles."""
         assert self._loop is not None
         with contextlib.suppress(RuntimeError):  # the loop is closed: the server has stopped
