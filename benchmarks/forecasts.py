@@ -1,16 +1,18 @@
-"""Errors of forecasts on recordings, with and without the motions of others.
+"""Errors of forecasts on recordings, with and without the motions of others, and how many of them its sets hold.
 
 usage: python benchmarks/forecasts.py DATA_DIR [--moments 40] [--out FOLDER] [--markdown]
 
 DATA_DIR contains tasks.json, which names the recordings and the limits of their robots. At some moments of the first
 120 s of a recording, `FromModels` predicts all agents that were observed for at least five samples. The times ahead
 are 1, 2 and 3 times that of the robot from rest to its maximum speed. The forecast knows the past of all agents up to
-the moment.
+the moment. A second table has the share of errors within the sets of each of COVERAGES, at 0.25, 0.5, 1 and 2 such
+times, of all agents that were not at rest.
 """
 
 import argparse
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,10 @@ from machine import write
 from rich.console import Console
 from rich.progress import track
 
-from slalom import FromModels
+from slalom import AtConstantVelocity, FromModels
+from slalom.forecast.from_models import ERROR_TIMES
 from slalom.io.formats import read_recording
+from slalom.model.uncertainty import COVERAGES, Covering
 
 FORECASTS = {"alone": FromModels(similar=0), "similar": FromModels()}
 """Without and with similar motions of others."""
@@ -37,13 +41,22 @@ def main() -> None:
     arguments = parser.parse_args()
     recordings = json.loads((arguments.data / "tasks.json").read_text())
     rows: list[dict[str, Any]] = []
+    within: dict[str, np.ndarray] = {}
+    scores: dict[str, np.ndarray] = {}
     for name, entry in track(recordings.items(), "recordings", console=Console(stderr=True)):
         found = [{"recording": name, **row} for row in errors(arguments.data, entry, arguments.moments)]
         for row in found:
             means = " ".join(f"{key} {row[key]:8.3f} m" for key in FORECASTS)
             print(f"{name:28} {row['time']:7.2f} s {row['errors']:6d} errors  {means}")
         rows += found
-    write("forecasts", {"rows": rows}, arguments.out)
+        within[name], scores[name] = held(arguments.data, entry, arguments.moments)
+        print(f"{name:28} held {' '.join(f'{share:.2f}' for share in shares(within[name]).ravel())}")
+    print("held, each recording alike\n", np.nanmean([shares(counts) for counts in within.values()], axis=0).round(3))
+    print("held, pooled\n", shares(sum(within.values())).round(3))
+    relative = np.array([sums[:2] / sums[2] for sums in scores.values()])
+    print("interval score over the error of the velocity: sets, velocity\n", np.nanmean(relative, axis=0).round(3))
+    sets = {name: shares(counts).tolist() for name, counts in within.items()}
+    write("forecasts", {"rows": rows, "held": sets}, arguments.out)
     if arguments.markdown:
         print("\n".join(markdown(rows)))
 
@@ -68,6 +81,51 @@ def errors(folder: Path, entry: dict[str, Any], moments: int) -> Iterator[dict[s
     for k in RISES:
         means = {key: float(np.mean(found[key, k])) if found[key, k] else np.nan for key in FORECASTS}
         yield {"time": k * rise, "errors": len(found["alone", k]), **means}
+
+
+def shares(counts: np.ndarray) -> np.ndarray:
+    """Shares (3, 4) of the errors within each set, of counts (4, 4): within each of the three, and all."""
+    return counts[:-1] / np.where(counts[-1] > 0.0, counts[-1], np.nan)
+
+
+def pinball(errors: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Interval score (n,) [m] of radii (3, n) [m] for COVERAGES: mean pinball loss of errors (n,)."""
+    share, over = np.array(COVERAGES)[:, None], errors - radii
+    return np.maximum(share * over, (share - 1.0) * over).mean(axis=0)
+
+
+def held(folder: Path, entry: dict[str, Any], moments: int) -> tuple[np.ndarray, np.ndarray]:
+    """What the sets of `FromModels` hold, and their interval scores beside those of past errors of the velocity.
+
+    Counts (4, 4) of errors within the set of each of COVERAGES, and of all errors, at each of ERROR_TIMES. Sums (3, 4)
+    of the scores of the sets, of the velocity with the quantiles of its errors known so far, and of the velocity's
+    errors. Before ten of these errors are known, neither counts in the scores.
+    """
+    motions = [a.trajectory for a in read_recording(folder / entry["file"], interpolation="linear").agents.values()]
+    rise = entry["vmax"] / entry["amax"]
+    begin, end = min(motion.span[0] for motion in motions), max(motion.span[1] for motion in motions)
+    end, times = min(end, begin + max(SECONDS, 20.0 * rise)), rise * np.array(ERROR_TIMES)
+    counts, scores, past = np.zeros((4, 4)), np.zeros((3, 4)), [list[tuple[float, float]]() for _ in times]
+    for now in np.linspace(begin + 0.1 * (end - begin), end - rise, moments).tolist():
+        there = [motion for motion in motions if motion.span[0] < now <= motion.span[1]]
+        known = [np.array([error for due, error in errors if due <= now]) for errors in past]
+        for motion, ahead in zip(there, FromModels().predictions(there, now, rise, motions), strict=True):
+            if not isinstance(ahead.error, Covering):
+                continue
+            seen = now + times <= motion.span[1]
+            truth = motion.position(np.minimum(now + times, motion.span[1]))
+            straight = AtConstantVelocity()(motion, now).position(now + times)
+            away = np.linalg.norm(ahead.each[0][1].position(now + times) - truth, axis=1)
+            plain = np.linalg.norm(straight - truth, axis=1)
+            radii = np.array([replace(ahead.error, coverage=share).radius(times, 2) for share in COVERAGES])
+            counts += seen * np.array([*(away <= radii), np.ones(len(away))])
+            score = pinball(away, radii)
+            for j in np.flatnonzero(seen).tolist():
+                past[j].append((now + times[j], float(plain[j])))
+                if len(known[j]) >= 10:
+                    other = pinball(plain[j : j + 1], np.quantile(known[j], COVERAGES)[:, None])[0]
+                    scores[:, j] += score[j], other, plain[j]
+    return counts, scores
 
 
 def markdown(rows: list[dict[str, Any]]) -> Iterator[str]:

@@ -64,7 +64,6 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
             "SafeTime",
             "Calibration",
             "Coverage",
-            "enclosing_error",
         ),
     ),
     "Control obstacles and selection": (

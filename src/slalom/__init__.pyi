@@ -129,7 +129,7 @@ from .obstacle.table import ObstacleTable as ObstacleTable
 from .obstacle.tracks import Tracks as Tracks
 from .obstacle.window import ObstacleWindow as ObstacleWindow
 from .peers.table import method as method
-from .perception.conformal import Calibration as Calibration, Coverage as Coverage, enclosing_error as enclosing_error
+from .perception.conformal import Calibration as Calibration, Coverage as Coverage
 from .perception.crowd import AvoidingCrowd as AvoidingCrowd
 from .perception.reciprocity import Reciprocity as Reciprocity
 from .perception.sight import Sight as Sight, Visibility as Visibility

@@ -215,9 +215,10 @@ def others() -> list:
     )
     further = {"max_speed": 0.9, "max_acceleration": 0.8, "max_turn_rate": 0.7, "max_turn_acceleration": 0.6}
     wheels = replace(DRIVE, period=0.2, ahead=0.2, **further)
+    passive = replace(navigator(**settings), method=slalom.method("nao").stopping(), contact_at_rest=False)
     changed = replace(slalom.method("nao@observed"), name="nao", share=0.5, regain=1.0, looks_ahead=True)
     return [
-        *(state, tracks, obstacle, goal, risk, navigator(**settings), body, wheels, changed),
+        *(state, tracks, obstacle, goal, risk, passive, body, wheels, changed),
         *(slalom.LookAhead(navigator(), 9.0, 8.0, 7.0, 6.0), slalom.ObstacleTable([obstacle])),
         slalom.ExpectedLoss(slalom.LookAhead(navigator()), (0.1,), (0.2,), 3.0, doubt, False),
         PATH_OF_ALL,

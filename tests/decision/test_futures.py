@@ -30,10 +30,11 @@ from slalom.decision.fallback import least_given_up, levels
 from slalom.forecast.forecast import FromModels
 from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled
-from slalom.obstacle.window import Obstacles, ObstacleWindow, futures, predicted
+from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, futures, predicted
 from slalom.sim.files.decision_file import read_decision
 
 ROBOT, LIMITS, HORIZON = Disc(0.3), Limits(1.5, 2.0), 4.0
+REACTION = Reaction(LIMITS, 0.1)
 STATE, GOAL = State((0.0, 0.0), (1.0, 0.0)), Goal(Stationary((8.0, 0.0)), 0.3)
 WALLS = tuple(Obstacle(Polyline(((-1.0, y), (9.0, y))), Stationary((0.0, 0.0))) for y in (-1.2, 1.2))
 
@@ -251,7 +252,7 @@ def track(turn: float) -> Sampled:
 
 def test_futures_of_models_are_groups_whose_probabilities_are_1_together() -> None:
     person = Obstacle(Disc(0.3), track(1.5), "person")
-    (found,) = futures([person], FromModels(futures=3), 6.0, [0], 1.0)
+    (found,) = futures([person], FromModels(futures=3), 6.0, [0])
     assert 1 < len(found) <= 3
     weights = [one.probability for one in found]
     assert sum(weights) == pytest.approx(1.0, abs=1e-12)
@@ -264,7 +265,7 @@ def test_futures_of_models_are_groups_whose_probabilities_are_1_together() -> No
     places = np.array([one.trajectory.position(knot) for one in found])
     assert np.allclose(weights @ places, FromModels()(person.trajectory, 6.0).position(knot), atol=1e-12)
     assert np.linalg.norm(ends - mean, axis=1).max() > 0.1
-    (doubtful,) = futures([replace(person, probability=0.5)], FromModels(futures=3), 6.0, [0], 1.0)
+    (doubtful,) = futures([replace(person, probability=0.5)], FromModels(futures=3), 6.0, [0])
     assert sum(one.probability for one in doubtful) == pytest.approx(0.5)
     assert {one.owner for one in doubtful} == {"person"}
 
@@ -272,8 +273,8 @@ def test_futures_of_models_are_groups_whose_probabilities_are_1_together() -> No
 def test_a_track_with_one_future_is_predicted_as_by_the_mean() -> None:
     times = np.arange(0.0, 6.01, 0.1)
     straight = Obstacle(Disc(0.3), Sampled(times, np.outer(times, (1.3, 0.0)), interpolation="linear"), "person")
-    ((found,),) = futures([straight], FromModels(futures=3), 6.0, [0], 1.0)
-    ((mean,),) = futures([straight], FromModels(), 6.0, [0], 1.0)
+    ((found,),) = futures([straight], FromModels(futures=3), 6.0, [0])
+    ((mean,),) = futures([straight], FromModels(), 6.0, [0])
     ahead = np.linspace(6.0, 9.0, 7)
     assert found.probability == 1.0
     assert np.array_equal(found.trajectory.position(ahead), mean.trajectory.position(ahead))
@@ -291,10 +292,10 @@ def test_obstacles_are_predicted_together_as_alone(most: int) -> None:
         for t in (np.arange(5.0, 9.0, 0.4), np.arange(0.0, 9.0, 0.1))
     ]
     people = [Obstacle(Disc(0.3), walk, "one" if k % 2 else "") for k, walk in enumerate(walks)]
-    together = futures(people, rule, 6.0, range(len(people)), 0.7)
+    together = futures(people, rule, 6.0, range(len(people)), REACTION)
     times = np.linspace(6.0, 12.0, 25)
     for number, found in enumerate(together):
-        (alone,) = futures(people, rule, 6.0, [number], 0.7)
+        (alone,) = futures(people, rule, 6.0, [number], REACTION)
         assert [one.probability for one in found] == [one.probability for one in alone]
         assert [one.owner for one in found] == [one.owner for one in alone]
         for one, other in zip(found, alone, strict=True):
@@ -311,7 +312,12 @@ def test_robots_avoid_all_futures_of_a_turning_person() -> None:
     robot = replace(navigator(), method=replace(method("nao"), forecast=rule))
     found = robot.decide(state, [person], goal, now=6.0)
     blocked = control_obstacle(
-        found.manoeuvre.response, state, *futures([person], rule, 6.0, [0]), ROBOT, horizon=HORIZON, start=6.0
+        found.manoeuvre.response,
+        state,
+        *futures([person], rule, 6.0, [0], Reaction(LIMITS, robot.period)),
+        ROBOT,
+        horizon=HORIZON,
+        start=6.0,
     )
     assert found.safe
     assert not blocked.contains(found.manoeuvre.control)
@@ -319,11 +325,11 @@ def test_robots_avoid_all_futures_of_a_turning_person() -> None:
     sequence = ahead.decide(state, [person], goal, now=6.0)
     assert sequence.safe
     times = np.linspace(6.0, 10.0, 81)
-    (each,) = futures([person], rule, 6.0, [0], LIMITS.max_speed / LIMITS.max_acceleration)
+    (each,) = futures([person], rule, 6.0, [0], Reaction(LIMITS, ahead.navigator.period))
     for one in each:
         gaps = np.linalg.norm(sequence.manoeuvre.position(times) - one.trajectory.position(times), axis=1)
-        radius = 0.0 if one.uncertainty is None else one.uncertainty.radius(times - 6.0, 2)
-        assert (gaps >= 0.6 + radius - 1e-6).all()
+        radii = replace(one.uncertainty, coverage=0.8).radius(times - 6.0, 2)
+        assert (gaps >= 0.6 + radii - 1e-6).all()
 
 
 def test_a_file_repeats_a_decision_about_several_futures(tmp_path: Path) -> None:
@@ -347,7 +353,8 @@ def test_pieces_of_many_predictions_are_those_of_each() -> None:
         Obstacle(Disc(0.3), Sampled(moments, np.cumsum(rng.normal(0.1, 0.02, (61, 2)), axis=0), interpolation="linear"))
         for _ in range(6)
     ]
-    ahead = [predicted(one, FromModels(0.5 if k % 2 else 0.0), 5.95, 1.0) for k, one in enumerate(people)]
+    ahead = [predicted(one, FromModels(), 5.95, REACTION if k % 2 else None) for k, one in enumerate(people)]
+    ahead[0] = replace(ahead[0], uncertainty=None)
     together = ObstacleWindow(ahead, 6.0, 5.0).bodies(ROBOT).pieces
     alone = [ObstacleWindow([one], 6.0, 5.0).bodies(ROBOT).pieces for one in ahead]
     for name in ("times", "points", "radius", "growth"):

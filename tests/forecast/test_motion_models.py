@@ -1,4 +1,6 @@
-"""Laws of forecasts from several motion models, and of decisions with less of their uncertainty."""
+"""Laws of forecasts from several motion models, and of their sets."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +11,6 @@ from slalom import (
     Disc,
     FromModels,
     Goal,
-    InvalidInput,
     Limits,
     LookAhead,
     Navigator,
@@ -19,7 +20,9 @@ from slalom import (
     Stationary,
     method,
 )
-from slalom.forecast.from_models import MODEL_LEAD
+from slalom.forecast.from_models import ERROR_TIMES
+from slalom.model.trajectory import Trajectory
+from slalom.model.uncertainty import COVERAGES, Covering, Uncertainty, convex_radii
 from slalom.obstacle.window import predicted
 
 STEP = 0.1
@@ -35,6 +38,12 @@ def wandering(seed: int, d: int = 2) -> np.ndarray:
     return np.asarray(np.cumsum(STEP * velocities, axis=0))
 
 
+def with_error(track: Sampled, now: float) -> tuple[Trajectory, Uncertainty]:
+    """The prediction of a track and its set."""
+    ((_, mean),), error = FromModels().predictions([track], now)[0]
+    return mean, error
+
+
 def linear(positions: np.ndarray, slower: float = 1.0) -> Sampled:
     return Sampled(slower * STAMPS, positions, "linear")
 
@@ -48,7 +57,7 @@ def test_later_rows_do_not_matter(age: float, d: int) -> None:
     one = positions.copy()
     one[row + 1 :] = positions[row] - 3.0 * (positions[row + 1 :] - positions[row])
     now = float(STAMPS[row])
-    forecasts = [FromModels().with_error(linear(p), now, 1.0) for p in (positions, one)]
+    forecasts = [with_error(linear(p), now) for p in (positions, one)]
     np.testing.assert_array_equal(*[trajectory.position(now + AHEAD) for trajectory, _ in forecasts])
     assert forecasts[0][1] == forecasts[1][1]
     assert np.any(forecasts[0][0].velocity(now)) == (row > 0)
@@ -58,10 +67,10 @@ def test_later_rows_do_not_matter(age: float, d: int) -> None:
 def test_all_times_follow_the_sampling(seed: int) -> None:
     """A track that is observed twenty times as slowly is predicted at the same places, twenty times as late."""
     positions, now, slower = wandering(seed), 6.0, 20.0
-    fast, small = FromModels().with_error(linear(positions), now)
-    slow, large = FromModels().with_error(linear(positions, slower), slower * now)
+    fast, small = with_error(linear(positions), now)
+    slow, large = with_error(linear(positions, slower), slower * now)
     np.testing.assert_allclose(slow.position(slower * (now + AHEAD)), fast.position(now + AHEAD), atol=1e-8)
-    assert large.velocity == pytest.approx(small.velocity / slower, rel=1e-6)
+    np.testing.assert_allclose(large.radius(slower * AHEAD, 2), small.radius(AHEAD, 2), rtol=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -103,26 +112,57 @@ def test_the_model_that_fits_is_found(kind: str) -> None:
     assert errors[0] < 0.5 * errors[1]
 
 
-def test_the_radius_is_a_share_of_past_errors() -> None:
-    """Noise raises it; it grows with the rise of the robot beyond the lead, and with the shares."""
+def test_sets_hold_the_share_of_errors_that_they_state() -> None:
+    """Of walkers that turn and change speed at random, at four times, within 0.05; larger sets hold the smaller."""
+    rng, rise, stamps = np.random.default_rng(5), 0.8, np.arange(0.0, 24.0, STEP)
+    turns = rng.normal(0.0, 0.5, (40, len(stamps) // 20)).repeat(20, axis=1)
+    speeds = 1.2 + rng.normal(0.0, 0.3, (40, len(stamps) // 12)).repeat(12, axis=1)
+    courses = rng.uniform(0.0, 6.0, (40, 1)) + np.cumsum(STEP * turns, axis=1)
+    steps = STEP * speeds[..., None] * np.stack([np.cos(courses), np.sin(courses)], axis=2)
+    walkers = [Sampled(stamps, walk, "linear") for walk in np.cumsum(steps, axis=1) + rng.normal(0.0, 9.0, (40, 1, 2))]
+    held = np.zeros((len(COVERAGES), len(ERROR_TIMES)))
+    moments = np.arange(14.0, 22.0, 0.4)
+    for now in moments.tolist():
+        times = rise * np.array(ERROR_TIMES)
+        for walker, found in zip(walkers, FromModels().predictions(walkers, now, rise), strict=True):
+            away = np.linalg.norm(walker.position(now + times) - found.each[0][1].position(now + times), axis=1)
+            assert isinstance(found.error, Covering)
+            radii = [replace(found.error, coverage=share).radius(times, 2) for share in COVERAGES]
+            assert (np.diff(radii, axis=0) >= 0.0).all()
+            held += away <= radii
+    np.testing.assert_allclose(held / len(walkers) / len(moments), np.outer(COVERAGES, np.ones(4)), atol=0.05)
+
+
+def test_sets_follow_past_errors_and_the_own_uncertainty_of_an_obstacle_stays() -> None:
     smooth = STAMPS[:, None] * np.array([1.0, 0.5])
     noisy = smooth + np.random.default_rng(0).normal(0.0, 0.1, smooth.shape)
-    small, large = (FromModels().with_error(linear(p), 8.0)[1].velocity for p in (smooth, noisy))
+    small, large = (with_error(linear(p), 8.0)[1].radius(1.0, 2) for p in (smooth, noisy))
     assert 0.0 < small < 0.2 * large
-    lead = MODEL_LEAD * STEP
-    errors = [FromModels().with_error(linear(noisy), 8.0, rise)[1].velocity for rise in (0.5 * lead, lead, 3.0 * lead)]
-    np.testing.assert_allclose(np.array(errors) / large, [1.0, 1.0, 3.0])
-    twice = FromModels(share=0.2, offset=1.0).with_error(linear(noisy), 8.0)[1]
-    assert twice.velocity == pytest.approx(2.0 * large)
-    assert twice.position == pytest.approx(2.0 * FromModels().with_error(linear(noisy), 8.0)[1].position)
     own = Obstacle(Disc(0.3), linear(noisy), uncertainty=BoundedError(0.1))
     assert predicted(own, FromModels(), 8.0).uncertainty is own.uncertainty
-    with pytest.raises(InvalidInput, match="share"):
-        FromModels(-0.1)
 
 
-def test_less_of_an_estimated_uncertainty_counts_where_it_leaves_no_safe_decision() -> None:
-    """Among discs at rest whose radii grow, a robot that observes rests; with known trajectories it sees no way."""
+@pytest.mark.parametrize("seed", range(4))
+def test_radii_of_sets_are_convex_and_do_not_fall(seed: int) -> None:
+    """They are the least of these from the first given one on."""
+    rng = np.random.default_rng(seed)
+    times, given = np.array([0.25, 0.5, 1.0, 2.0]), np.sort(rng.uniform(0.0, 1.0, (3, 4)), axis=1)
+    radii = convex_radii(times, given)
+    slopes = np.diff(radii, axis=1) / np.diff(times)
+    assert (radii >= given - 1e-12).all()
+    assert (np.diff(slopes, axis=1) >= -1e-9).all()
+    convex = (np.diff(np.diff(given, axis=1) / np.diff(times), axis=1) >= 0.0).all(axis=1)
+    np.testing.assert_allclose(radii[convex], given[convex])
+    curve = replace(Covering.of(0.8, COVERAGES, times, given), scale=2.0, until=1.5)
+    fine = curve.radius(np.linspace(0.0, 1.5, 61), 2)
+    assert (fine >= 0.0).all()
+    assert (np.diff(fine, 2) >= -1e-9).all()
+    assert (curve.radius(np.array([1.5, 9.0]), 2) == fine[-1]).all()
+    np.testing.assert_allclose(curve.radius(times[:3], 2), 2.0 * radii[1, :3])
+
+
+def test_an_uncertainty_that_grows_no_longer_than_a_robot_reacts_leaves_it_a_place() -> None:
+    """Among discs at rest whose radii grow a robot that observes rests; one to which they are known sees no way."""
     angles = 2.0 * np.pi * np.arange(8) / 8
     discs = [
         Obstacle(Disc(0.5), Stationary((1.5 * np.cos(a), 1.5 * np.sin(a))), uncertainty=BoundedError(velocity=1.0))

@@ -138,7 +138,7 @@ def test_those_that_left_show_the_way(how: str) -> None:
             if how == "window":
                 (found,) = ObstacleWindow.predicted(obstacles, rule, now, 4.0).obstacles
             else:
-                ((found,),) = futures(obstacles, rule, now, [4], 1.0)
+                ((found,),) = futures(obstacles, rule, now, [4])
             errors.append(np.linalg.norm(found.trajectory.position(now + ahead) - newest.position(now + ahead)))
     with_others, alone = np.mean(np.reshape(errors, (-1, 2)), axis=0)
     assert with_others < alone / 3.0

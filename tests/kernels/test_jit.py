@@ -166,8 +166,8 @@ if __name__ == "__main__":
     for use, code in json.loads(Path("blocks.json").read_text()):
         try:
             exec(compile(code, use, "exec"), {"__name__": "__documentation__"})
-        except ImportError:
-            # The block is about an extra that is not installed.
+        except (ImportError, SystemExit):
+            # The block is about an extra that is not installed, or needs arguments of its command line.
             continue
     Path("compiled.json").write_text(json.dumps(compiled))
 """

@@ -26,6 +26,7 @@ from slalom import (
     ExpectedLoss,
     Fleet,
     FollowVelocity,
+    FromModels,
     Goal,
     KalmanError,
     LeastSpeed,
@@ -42,7 +43,6 @@ from slalom import (
     Stationary,
     Tracker,
     Tracks,
-    enclosing_error,
     method,
 )
 from slalom.base.registry import Kind, Registry
@@ -286,8 +286,8 @@ OF_CALIBRATION: dict[str, Callable[[Path], object]] = {
         Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)
     ),
     r"confidence: expected a number between 0 and 1": lambda _: Calibration(1.0),
+    r"coverage: expected one of \(0.5, 0.8, 0.95\), found 0.7": lambda _: FromModels(0.7),
     r"leads: expected increasing prediction times, found \[1.0, 0.5\]": lambda _: Calibration(0.9, (1.0, 0.5)),
-    r"radii: expected some of at least 0 m, found \[-1.0\]": lambda _: enclosing_error([1.0], [-1.0]),
     r"ages: expected .*\(1,\), found .*\(2,\)": lambda _: [
         calibration.calibrated((KalmanError(0.1, 0.1),), (0.0, 0.1))
         for calibration in [Calibration(0.9, (0.5,))]

@@ -66,7 +66,7 @@ def test_texts_are_short_and_repeat(name: str) -> None:
     text = repr(VALUES[name])
     assert name in text
     assert "0x" not in text
-    assert len(text) <= 400
+    assert len(text) <= 420
     assert text == repr(pickle.loads(pickle.dumps(VALUES[name]))) == repr(copy.deepcopy(VALUES[name]))
 
 

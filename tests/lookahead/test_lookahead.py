@@ -21,7 +21,6 @@ from slalom import (
     METHODS,
     AccelerateThenCoast,
     AccelerationSequence,
-    BoundedError,
     ConstantVelocity,
     Decision,
     Disc,
@@ -43,7 +42,6 @@ from slalom import (
 from slalom.base.tolerances import CERTIFIED, COMMITTED_SLACK, CONTACT, CONTACT_SLACK
 from slalom.lookahead.navigator import FORESEEN, MARGIN_SHARES, motions_of
 from slalom.lookahead.search import PredictedObstacles
-from slalom.model.uncertainty import Scaled
 from slalom.obstacle.pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
@@ -564,38 +562,38 @@ def told(decision: Decision) -> tuple[object, ...]:
 
 @pytest.mark.parametrize("seconds", draws([2.5, 0.3, 1.0, 5.0]))
 @each_dimension
-def test_nothing_later_than_the_deadline_is_planned(d: int, seconds: float) -> None:
-    """A robot that cannot arrive until then still decides."""
-    planned, decided = 0, 0
+def test_nothing_later_is_planned_than_a_deadline_that_the_robot_alone_can_meet(d: int, seconds: float) -> None:
+    """Where it cannot, arrivals are those without a deadline."""
+    planned, free = 0, 0
     for seed in range(8):
         j = journey(seed, d)
-        robot = j.decider(deadline=j.start + seconds)
+        robot, deadline = j.decider(deadline=j.start + seconds), j.start + seconds
         for step in driven(j, 8, robot):
-            decided += 1
-            if np.isfinite(step.decision.arrival):
-                assert step.decision.arrival <= j.start + seconds + ROUNDING
-                planned += 1
+            state, limits = step.state, robot.navigator.limits
+            met = step.now + j.goal.time_to_go(state.position, state.velocity, step.now, limits) <= deadline
+            if isinstance(step.decision, SequenceDecision) and np.isfinite(step.decision.arrival):
+                assert not met or step.decision.arrival <= deadline + ROUNDING
+                planned += met
+                free += not met
     assert planned > 10 or seconds < 4.0
-    assert decided == planned or seconds > 0.5
+    assert free > 10 or seconds > 4.0
 
 
 def test_a_deadline_is_met_if_it_can_be() -> None:
-    """A little later than the soonest arrival it changes nothing; a little earlier no arrival is planned."""
+    """A little later than the soonest arrival it changes nothing; one that cannot be met changes nothing either."""
     goal = Goal(Stationary((15.0, 0.0)), 0.5)
-    soonest = look_ahead().decide(REST, [rock()], goal).arrival
-    assert look_ahead(deadline=soonest + 0.01).decide(REST, [rock()], goal).arrival <= soonest + 0.01
+    free = look_ahead().decide(REST, [rock()], goal)
+    assert look_ahead(deadline=free.arrival + 0.01).decide(REST, [rock()], goal).arrival <= free.arrival + 0.01
     early = goal.time_to_go(REST.position, REST.velocity, 0.0, Limits(3.0, 1.0)) - 0.2
-    decision = look_ahead(deadline=early).decide(REST, [rock()], goal)
-    assert decision.outcome.safe
-    assert not isinstance(decision, SequenceDecision) or decision.arrival == np.inf
+    assert told(look_ahead(deadline=early).decide(REST, [rock()], goal)) == told(free)
 
 
-def test_after_its_deadline_a_robot_still_decides() -> None:
+def test_after_its_deadline_a_robot_drives_on() -> None:
     robot = look_ahead(deadline=5.0)
     for now in (4.95, 5.0, 7.0):
         decision = robot.decide(REST, WALLS, BEHIND, now=now)
         assert decision.outcome.safe
-        assert not isinstance(decision, SequenceDecision) or decision.arrival == np.inf
+        assert now < decision.arrival < np.inf
 
 
 # Going on with what was decided.
@@ -877,28 +875,6 @@ def test_a_table_serves_for_what_it_was_made_of() -> None:
     assert not PredictedObstacles.of(None, world, Disc(0.5), 2.0, 10.0, 1.0).covers(world, 2.0, 10.0)
     assert table.known_at(3.0) == np.inf
     assert PredictedObstacles.of(world, world, Disc(0.5), 2.0, 10.0, 1.0, include_future=False).known_at(3.0) == 3.0
-
-
-@pytest.mark.parametrize("seed", range(4))
-@each_dimension
-def test_a_share_of_the_uncertainty_is_a_table_of_that_share(d: int, seed: int) -> None:
-    """Of tables made with the whole and with that share, at any position and time of straight motions."""
-    rng = np.random.default_rng([seed, d])
-    whole = [
-        Obstacle(
-            disc_or_ball(0.4, d),
-            ConstantVelocity(rng.uniform(-5.0, 5.0, d), rng.normal(size=d)),
-            uncertainty=BoundedError(*rng.uniform(0.0, 0.3, 3)) if k % 3 else None,
-        )
-        for k in range(7)
-    ]
-    robot, share = disc_or_ball(0.3, d), float(rng.uniform(0.0, 1.0))
-    parts = [replace(one, uncertainty=one.uncertainty and Scaled(one.uncertainty, share)) for one in whole]
-    table, of_share = (PredictedObstacles.of(None, some, robot, 2.0, 8.0, 1.3) for some in (whole, parts))
-    found = table.with_share(whole, 2.0, share)
-    for place, now in zip(rng.uniform(-6.0, 6.0, (40, d)), rng.uniform(2.0, 8.0, 40)):
-        assert found.clearance(place, float(now)) == pytest.approx(of_share.clearance(place, float(now)), abs=ROUNDING)
-    np.testing.assert_allclose(found.index.bounding_radius, of_share.index.bounding_radius)
 
 
 def test_of_many_observed_obstacles_the_nearest_and_those_at_rest_count() -> None:

@@ -294,7 +294,7 @@ def test_tracks_that_state_a_radius_are_calibrated_beyond_it() -> None:
 
 @pytest.mark.parametrize("calibrated", [True, False])
 def test_the_radius_holds_people_that_stop(calibrated: bool) -> None:
-    """Eight people stop for 2 s every 4 s: 0.95 within 0.04 from 10 s on; below 0.75 with the radii of the filter."""
+    """Eight people stop for 2 s every 4 s: 0.95 within 0.06 from 10 s on; below 0.75 with the radii of the filter."""
     rng, leads, step = np.random.default_rng(12), np.array([0.5, 1.0, 2.0]), 0.1
     starts, phases = rng.uniform(-9.0, 9.0, (8, 2)), rng.uniform(0.0, 6.0, 8)
     angles = rng.uniform(-np.pi, np.pi, 8)
@@ -318,6 +318,6 @@ def test_the_radius_holds_people_that_stop(calibrated: bool) -> None:
             held.append(np.linalg.norm(ahead - true, axis=2) <= radii)
     shares = np.mean(np.concatenate(held), axis=0)
     if calibrated:
-        np.testing.assert_allclose(shares, 0.95, atol=0.04)
+        np.testing.assert_allclose(shares, 0.95, atol=0.06)
     else:
         assert shares.max() < 0.75

@@ -101,11 +101,13 @@ from slalom import (
 from slalom.base import checks
 from slalom.base.errors import require
 from slalom.cli import console
+from slalom.computer import import_entries
 from slalom.io import walls_child
 from slalom.io.formats import format_of, read_recording, write_recording
 from slalom.io.hdf5_child import Refused, read
 from slalom.io.pedestrians import read_cases, rows_of_queries
 from slalom.io.recorded import Agent, RecordedTracks
+from slalom.kernels import entries
 from slalom.model.trajectory import Composite, Function, PiecewisePolynomial
 from slalom.model.trajectory.protocol import direction_path
 from slalom.peers import PEERS, contender
@@ -207,6 +209,14 @@ class Rootlike:
 def look_ahead(**settings) -> LookAhead:
     """One that looks ahead in the plane."""
     return LookAhead(navigator("nao_ahead", **settings))
+
+
+def taken(folder: Path, kernel: str = "a.entry") -> object:
+    """Compiled kernels that are imported where no folder can be written."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(entries, "fitting", lambda _: [folder / kernel] if kernel else [])
+        patch.setattr(entries, "OWN", None)
+        return import_entries(folder)
 
 
 def in_turn(*later: tuple[float, tuple[float, ...]]) -> AccelerationSequence:
@@ -908,6 +918,13 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"speeds: expected values above 0, .* found -1 m/s": lambda _: route([1, -1]),
     r"speeds: expected values above 0, .* found 0 m/s": lambda _: route(0.0),
     r"stop: expected True for speeds .* at 0": lambda _: route([1, 0], stop=False),
+    r"import: expected a folder that can be written, found none: NUMBA_CACHE_DIR names one": taken,
+    r"expected compiled kernels of these sources for .*, found none": lambda folder: taken(folder, ""),
+    r"method: expected one that ends at rest with contact_at_rest=False, such as method\('nao'\).stopping\(\), "
+    r"found vo": lambda _: navigator("vo", contact_at_rest=False),
+    r"navigator: expected contact_at_rest=True to look ahead, found False": lambda _: LookAhead(
+        Navigator(METHODS["nao"].stopping(), Disc(1), LIMITS, contact_at_rest=False)
+    ),
     r"goal: expected one without a path to look ahead, found a PathGoal": lambda _: look_ahead().decide(
         FLAT, [], ROUTE
     ),

@@ -678,8 +678,8 @@ BY_CHECK = {
         Velocity.ramp, Function.max_speed,
         Function.max_acceleration, Arrive.enough_clearance, KeepAcceleration.enough_clearance,
         FollowAcceleration.enough_clearance, FollowVelocity.enough_clearance, Disc.radius, Ball.radius,
-        Rectangle.radius, Polygon.radius, Polyline.radius, FromPast.growth, FromModels.share,
-        FromModels.offset, BoundedError.position, BoundedError.velocity, BoundedError.acceleration,
+        Rectangle.radius, Polygon.radius, Polyline.radius, FromPast.growth,
+        BoundedError.position, BoundedError.velocity, BoundedError.acceleration,
         GaussianError.position, GaussianError.velocity, KalmanError.position, KalmanError.velocity,
         KalmanError.correlation, KalmanError.acceleration, Risk.likely, SafeTime.extra, Bicycle.delay,
         Bicycle.max_reverse_speed, Driver.locate.error
@@ -721,7 +721,7 @@ BY_CHECK = {
     """,
     "fraction": """
         ConstantVelocityFilter.probability, GaussianError.probability, KalmanError.probability,
-        Calibration.confidence
+        Calibration.confidence, FromModels.coverage
     """,
     "text": """
         Obstacle.name, method.name, Scenario.name, Robot.name

@@ -167,11 +167,12 @@ def test_every_file_is_written_beside_its_place() -> None:
         if (match := writes.search(line))
     }
     elsewhere = {each for each in found if each[1] != "part"}
-    # The writers of a tidy table get a part; a figure is drawn to memory; one file is read; one is temporary.
+    # The writers of a tidy table get a part; a figure is drawn to memory; one file is read; two are temporary.
     assert elsewhere == {
         ("tidy_table.py", "path"),
         ("style.py", "memory"),
         ("hdf5_child.py", "path"),
         ("session.py", "file"),
+        ("entries.py", "draft"),
     }
     assert len(found) > 8

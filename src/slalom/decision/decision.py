@@ -14,6 +14,7 @@ import numpy as np
 from slalom.base.checks import STATE, Array, has, not_before, not_negative, number
 from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
+from slalom.decision.contact import Contact, contact_of
 from slalom.decision.settings import Settings
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre, state_after
@@ -191,6 +192,7 @@ def as_dict(decision: "Decision") -> dict[str, Any]:
         "sentence": decision.outcome.value,
         "safe": decision.safe,
         "probability": decision.probability,
+        "contact": None if decision.contact is None else decision.contact._asdict(),
         "response": repr(manoeuvre.response),
         "control": manoeuvre.control.tolist(),
         "preferred": np.asarray(decision.preferred).tolist(),
@@ -401,6 +403,11 @@ class Decision:
         An obstacle without a name is named as it was passed: obstacles[2], or obstacles[0][7] in a table.
         """
         return names_in_the_way(self)
+
+    @cached_property
+    def contact(self) -> Contact | None:
+        """The most probable contact, see `slalom.decision.contact`; None without obstacles whose forecast has sets."""
+        return None if self.inputs is None else contact_of(self, _window(self.inputs))
 
     @cached_property
     def collision(self) -> Collision | None:

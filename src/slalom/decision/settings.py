@@ -37,11 +37,11 @@ from slalom.decision.tables import step_of
 from slalom.kernels.decision.tables import DecisionSettings
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
-from slalom.model.response import Response
+from slalom.model.response import AccelerateThenBrake, Response
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.window import Obstacles, ObstacleWindow, followed
+from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, followed
 
 SHORTEST_HORIZON: Final = 1e-3
 """[s] Least horizon for one obstacle. Larger: obstacles beside a robot at rest count longer. At 0: for no time."""
@@ -181,6 +181,8 @@ class Settings:
             brake badly, such as ships. With the bound LeastSpeed no response ends at rest.
         stuck_after: [s] without progress towards the goal after which a decision is `stuck`.
         risk: what avoiding improbable futures of obstacles may cost, see `Obstacle.probability`.
+        contact_at_rest: whether contacts count while the robot is at rest. False: passive safety, for a method whose
+            responses end at rest, see `Method.stopping`.
 
     Raises:
         InvalidInput: a setting of a wrong kind or out of its range; a period above the horizon; a robot with its
@@ -201,6 +203,7 @@ class Settings:
     early: Flag = False
     stuck_after: Positive = 10.0
     risk: Risk = field(default_factory=Risk)
+    contact_at_rest: Flag = True
 
     def __post_init__(self) -> None:
         has(self.method, *METHOD, "method")
@@ -214,6 +217,11 @@ class Settings:
         has(self.risk, ("loss", "likely"), "a Risk", "risk")
         if self.horizons is not None:
             has(self.horizons, ("__call__",), "a rule for horizons, such as SafeTime(), or None", "horizons")
+        if not self.contact_at_rest and not any(isinstance(r, AccelerateThenBrake) for r in self._responses):
+            raise InvalidInput(
+                f"method: expected one that ends at rest with contact_at_rest=False, such as method('nao').stopping(), "
+                f"found {self.method.name}"
+            )
 
     @cached_property
     def _responses(self) -> tuple[Response, ...]:
@@ -255,8 +263,11 @@ class Settings:
         Obstacles that appear later are included only if the forecast contains them.
         """
         obstacles = followed(obstacles, self.robot, state, self.limits)
-        window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon)
+        reaction = Reaction(self.limits, self.period)
+        window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon, reaction)
         window.refuse_worlds()
+        if not self.contact_at_rest:
+            window = window.while_moving()
         if self.horizons is None:
             return window
         return window.within(np.minimum(self.horizons(state, window.obstacles, self.limits, now), self.horizon))

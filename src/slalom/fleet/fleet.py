@@ -277,7 +277,7 @@ class Fleet:
 
     def _window(self, policy: Policy, obstacles: Obstacles, now: float) -> ObstacleWindow:
         """The obstacles as the robots of a policy predict them."""
-        return ObstacleWindow.predicted(obstacles, policy.method.forecast, now, self.horizon)
+        return ObstacleWindow.predicted(obstacles, policy.method.forecast, now, self.horizon, policy.reaction)
 
     def _grown_bodies(self, window: ObstacleWindow) -> list[GrownBodies]:
         """Passive obstacles on predicted trajectories and the robots, grown by each kind of skeleton."""
@@ -315,7 +315,8 @@ class Fleet:
         """
         each, observed = self.table.each, self.table.observed
         d = self.dimension
-        now, times, points = settings.now, observed.times.copy(), observed.points.copy()
+        times, points = observed.times.copy(), observed.points.copy()
+        now = settings.now
         # There is one world, number 0.
         obstacles, present = each_of(in_world(around, 0)), each["present"].copy()
         robots = [
@@ -478,8 +479,7 @@ class Fleet:
         for k in np.flatnonzero(joined).tolist():
             self._begin(k, State(each["position"][k, :d], each["velocity"][k, :d], each["acceleration"][k, :d]), now)
         self._known[:] = there
-        left, at, within = to.distances(self.table)
-        self.right_of_way.update(self.table, left, at, within, self.period, around, to.guided)
+        self.right_of_way.update(self.table, *to.distances(self.table), self.period, around, to.guided)
         order = _in_turn(self.members.worlds, self._steps)
         self._steps += 1
         self._decide_by_policy(order[there[order]], around, now)

@@ -18,6 +18,7 @@ from slalom.kernels.decision.tables import DecisionSettings, RobotTable
 from slalom.model.limits import Limits
 from slalom.model.shape import Shape
 from slalom.model.trajectory import ConstantAcceleration
+from slalom.obstacle.window import Reaction
 
 PRIORITY_RATIO: Final = 10.0
 """[1] Largest ratio of the priorities of two robots in a fleet. Larger: a robot may leave almost all of the avoidance
@@ -135,6 +136,7 @@ class Policy:
         self.method = navigator.method
         self.rows = rows
         self.horizon = navigator.horizon
+        self.reaction = Reaction(navigator.limits, navigator.period)
         self._settings = navigator.numbers(among=True)._replace(shared=self.method.shared)
         self.published = publishes & self.method.shared
         self._forecast = linear_forecast(self.method.robot_forecast, FORECAST_HORIZONS * self.horizon)

@@ -3,20 +3,21 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import isnan
+from math import isnan, sqrt
 from statistics import median
 from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 
 from slalom import kernels
-from slalom.base.checks import Array, NotNegative, check_fields, whole
+from slalom.base.checks import Array, Fraction, check_fields, whole
+from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import LONGEST_FORECAST, REST, SIMILAR_MEMORY, SIMILAR_VELOCITY_SPAN, WHOLE_COUNT
 from slalom.kernels.arrays import Indices, TrackSamples
 from slalom.model.trajectory import ConstantVelocity, PiecewisePolynomial, Sampled, Stationary, Trajectory
 from slalom.model.trajectory.composite import part_until
 from slalom.model.trajectory.kinds import positions_of
-from slalom.model.uncertainty import BoundedError
+from slalom.model.uncertainty import COVERAGES, BoundedError, Covering, Uncertainty
 
 # Motion models fitted to the past positions of one track, weighted by how well each predicted the track so far.
 #
@@ -403,10 +404,8 @@ class FromModels:
     One model more repeats what others did: earlier motions of all observed tracks that began at nearly the same place
     with nearly the same velocity, see `similar_displacements`.
 
-    An obstacle without an uncertainty of its own gets a radius, from the mean error of the best model over MODEL_LEAD
-    spacings: `offset` times that error now, and a growth with time. The error is taken to grow with the square of the
-    time. The growth reaches `share` times the error at the time that the robot takes from rest to its maximum speed,
-    or at MODEL_LEAD spacings if that is later.
+    An obstacle without an uncertainty of its own gets a set: a radius that held the share `coverage` of the errors of
+    this forecast so far, see `_Errors`.
 
     An obstacle that appears at this moment is predicted at rest, since only one position is known. So is one that did
     not move for MODEL_LEAD spacings.
@@ -417,27 +416,28 @@ class FromModels:
     two groups whose union adds the least weighted square of distances.
 
     Attributes:
+        coverage: one of COVERAGES. A robot that looks ahead has smaller sets too, see `LookAhead`.
         similar: largest number of earlier motions that count; 0: none does.
+
+    Raises:
+        InvalidInput: a value out of its range.
     """
 
     includes_future: ClassVar[bool] = False
-    share: NotNegative = 0.1
+    coverage: Fraction = COVERAGES[-1]
     futures: int = 1
-    offset: NotNegative = 0.5
     similar: int = 20
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.coverage not in COVERAGES:
+            raise InvalidInput(f"coverage: expected one of {COVERAGES}, found {self.coverage:g}")
         object.__setattr__(self, "futures", whole(self.futures, "futures", 1))
         object.__setattr__(self, "similar", whole(self.similar, "similar", 0))
 
     def __call__(self, trajectory: Trajectory, now: float) -> Trajectory:
-        return self.with_error(trajectory, now)[0]
-
-    def with_error(self, trajectory: Trajectory, now: float, rise: float = 0.0) -> tuple[Trajectory, BoundedError]:
-        """The mean prediction and its radius; `rise` [s] is the time of the robot from rest to its maximum speed."""
-        [([(_, mean)], error)] = replace(self, futures=1).predictions([trajectory], now, rise)
-        return mean, error
+        ((_, mean),), _ = replace(self, futures=1).predictions([trajectory], now)[0]
+        return mean
 
     def predictions(
         self,
@@ -448,16 +448,21 @@ class FromModels:
     ) -> "list[Futures]":
         """All futures of each trajectory; together they take less time than one by one.
 
-        rise: as in `with_error`. seen: all tracks whose motion up to `now` [s] is known, also of obstacles that have
-        left; None: those that are predicted.
+        rise: [s] time of the robot from rest to its maximum speed; 0: MODEL_LEAD spacings. seen: all tracks whose
+        motion up to `now` [s] is known, also of obstacles that have left; None: those that are predicted.
         """
         # Trajectories are never changed. A decision may predict them more than once, with another `rise`.
         fixed = all(type(each).__hash__ is object.__hash__ for each in trajectories)
         later, among = rise if self.futures > 1 else 0.0, trajectories if seen is None else seen
-        known = tuple(each for each in among if _is_searched(each)) if self.similar else ()
+        known = tuple(each for each in among if _is_searched(each))
         found = (_known if fixed else _ahead)(tuple(trajectories), now, self.futures, later, known, self.similar)
-        growths = [self.share * a.error * max(rise, a.lead) / a.lead**2 if a.lead else 0.0 for a in found]
-        errors = [BoundedError(self.offset * a.error, growth) for a, growth in zip(found, growths)]
+        if not any(each.lead for each in found):
+            return [Futures(each.each, BoundedError()) for each in found]
+        rise = rise or median(each.lead for each in found if each.lead)
+        times, (shares, typical) = rise * np.array(ERROR_TIMES), _errors(known, rise, self.similar).quantiles(now)
+        radii = Covering.of(self.coverage, COVERAGES, times, shares * times)
+        sizes = [each.size * (typical or each.size) for each in found]
+        errors = [replace(radii, scale=size) if size else BoundedError() for size in sizes]
         return [Futures(a.each, error) for a, error in zip(found, errors)]
 
 
@@ -470,7 +475,7 @@ class Futures(NamedTuple):
     """Predictions of one obstacle with their probabilities, the most probable one first."""
 
     each: tuple[tuple[float, Trajectory], ...]  # probabilities [1] of sum 1
-    error: BoundedError  # radius of each
+    error: Uncertainty  # radius of each
 
 
 class _Ahead(NamedTuple):
@@ -479,6 +484,11 @@ class _Ahead(NamedTuple):
     each: tuple[tuple[float, Trajectory], ...]
     error: float = 0.0  # [m] see `Continuation`
     lead: float = 0.0  # [s] of this error; 0 for an obstacle at rest
+
+    @property
+    def size(self) -> float:
+        """Size of its errors [sqrt(m/s)], see `_Errors`; 0 for an obstacle at rest."""
+        return sqrt(self.error / self.lead) if self.lead else 0.0
 
 
 def _ahead(
@@ -534,6 +544,90 @@ def _ahead(
 
 
 _known = lru_cache(maxsize=8)(_ahead)
+
+
+# The radii of predictions: which share of the errors of earlier predictions, of all tracks, they held.
+
+
+ERROR_TIMES: Final = (0.25, 0.5, 1.0, 2.0)
+"""[1] Prediction times, as multiples of the time of the robot from rest to its maximum speed, at which errors count."""
+
+ERROR_MEMORY: Final = 16
+"""[1] Such times in the past, at each of which predictions are made and later compared with the tracks. More: steadier
+radii, slower first decisions."""
+
+ERROR_PRIOR: Final = (10, 0.75, 1.35)
+"""[1] Number of the errors that count before any is known, their median in the unit of `_Errors`, and the power of the
+odds with which they spread: the median ones of 19 recordings. More: radii follow a scene later."""
+
+
+class _Said(NamedTuple):
+    """Predictions of one moment."""
+
+    rows: Indices  # (n,) of the tracks
+    places: Array  # (n, k, d) [m] at the k ERROR_TIMES
+    sizes: Array  # (n,) [sqrt(m/s)]
+    found: list[Array]  # errors at each of ERROR_TIMES that has passed, divided by w h
+
+
+class _Errors:
+    """Errors of the mean predictions of tracks that never change, each made before it was known.
+
+    A track whose best model had the mean error e over the lead t has the size w = sqrt(e / t), and those of a scene
+    have the median size W. An error at the time h is divided by w W h, which makes errors of different tracks and
+    times alike. So half of the spread between tracks is taken to last, and the other half to be chance.
+    """
+
+    def __init__(self, tracks: Trajectories, rise: float, similar: int) -> None:
+        self._tracks, self._rise = tracks, rise
+        self._similar = similar
+        self._spans = np.array([track.span for track in tracks]).reshape(len(tracks), 2)
+        self._said: dict[int, _Said] = {}
+
+    def quantiles(self, now: float) -> tuple[Array, float]:
+        """Normalised errors (3, k) [1] of each of COVERAGES at ERROR_TIMES, and W [sqrt(m/s)]; 0 without a past."""
+        newest = int(np.floor(now / self._rise))
+        numbers = range(newest - ERROR_MEMORY + 1, newest + 1)
+        self._said = {k: self._said.get(k) or self._predict(k) for k in numbers}
+        count, middle, power = ERROR_PRIOR
+        shares = (np.arange(count) + 0.5) / count
+        sizes = np.concatenate([said.sizes for said in self._said.values()])
+        typical = float(np.median(sizes)) if len(sizes) else 0.0
+        prior = middle * (shares / (1.0 - shares)) ** (1.0 / power)
+        known: list[list[Array]] = [[prior] for _ in ERROR_TIMES]
+        for number, said in self._said.items():
+            for j, h in enumerate(ERROR_TIMES):
+                due = (number + h) * self._rise
+                if due > now:
+                    break
+                if j == len(said.found):
+                    said.found.append(self._judged(said, j, due))
+                known[j].append(said.found[j] / (typical or 1.0))
+        each = [np.quantile(np.concatenate(some), COVERAGES, method="higher") for some in known]
+        return np.stack(each, axis=1), typical
+
+    def _predict(self, number: int) -> _Said:
+        now = number * self._rise
+        rows = np.flatnonzero((self._spans[:, 0] < now) & (now <= self._spans[:, 1]))
+        tracks = tuple(self._tracks[k] for k in rows.tolist())
+        found = _ahead(tracks, now, 1, 0.0, self._tracks, self._similar)
+        moves = [k for k, one in enumerate(found) if one.error]
+        times = now + self._rise * np.array(ERROR_TIMES)
+        places = [found[k].each[0][1].position(times) for k in moves]
+        return _Said(rows[moves], np.array(places), np.array([found[k].size for k in moves]), [])
+
+    def _judged(self, said: _Said, j: int, due: float) -> Array:
+        there = np.flatnonzero(due <= self._spans[said.rows, 1])
+        if not len(there):
+            return np.empty(0)
+        tracks = [part_until(self._tracks[k], due) for k in said.rows[there].tolist()]
+        away = positions_of(tracks, np.full((len(there), 1), due))[:, 0] - said.places[there, j]
+        return np.asarray(np.linalg.norm(away, axis=1) / (said.sizes[there] * ERROR_TIMES[j] * self._rise))
+
+
+@lru_cache(maxsize=4)
+def _errors(tracks: Trajectories, rise: float, similar: int) -> _Errors:
+    return _Errors(tracks, rise, similar)
 
 
 class _Past(NamedTuple):

@@ -37,10 +37,10 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.model.trajectory.composite import part_until
 from slalom.model.trajectory.kinds import positions_of
-from slalom.model.uncertainty import Scaled
+from slalom.model.uncertainty import COVERAGES, Covering
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
-from slalom.obstacle.window import Obstacles, ObstacleWindow, each_for_one, futures, listed
+from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, each_for_one, futures, listed
 
 # Input and output of one decision of a robot that looks ahead.
 
@@ -53,13 +53,11 @@ class SequenceDecision(Decision):
         search: the search that found the sequence.
         better: the search for an earlier arrival, which the next decision continues.
         arrival: absolute time [s] at which the sequence reaches the goal; inf if it ends before.
-        doubt: share of the uncertainty of all obstacles that the sequence keeps clear of; above 1 more than that.
     """
 
     search: Search = field(kw_only=True)
     better: Search | None = None
     arrival: float = np.inf
-    doubt: float = 1.0
 
 
 class Scene(NamedTuple):
@@ -75,28 +73,28 @@ class Scene(NamedTuple):
     prediction: PredictedObstacles
     before: Decision | None
     previous: SequenceDecision | None  # `before`, if it is one
-    doubt: float = 1.0  # share of the uncertainty of all obstacles that counts
-
-    def with_doubt(self, share: float) -> "Scene":
-        """The scene with `share` of every uncertainty; the same if none is uncertain."""
-        if share == self.doubt or not self.is_uncertain:
-            return self
-        part = self.prediction.with_share(self.motions, self.now, share / self.doubt)
-        return self._replace(prediction=part, doubt=share)
 
     @property
-    def is_uncertain(self) -> bool:
-        """Whether any motion is uncertain."""
-        return any(motion.uncertainty is not None for motion in self.motions)
+    def coverage(self) -> float:
+        """Share of the errors of forecasts that the sets of the motions hold; 1 without sets."""
+        return min((o.uncertainty.coverage for o in self.motions if isinstance(o.uncertainty, Covering)), default=1.0)
 
-    def uncertain(self) -> Sequence[Obstacle]:
-        """The motions with the share of their uncertainty that counts."""
-        if self.doubt == 1.0:
-            return self.motions
-        return [
-            one if one.uncertainty is None else replace(one, uncertainty=Scaled(one.uncertainty, self.doubt))
-            for one in self.motions
-        ]
+    @property
+    def coverages(self) -> list[float]:
+        """The shares of the stated sets and of smaller ones, the largest first."""
+        return [share for share in COVERAGES[::-1] if share <= self.coverage < 1.0] or [1.0]
+
+    def less(self) -> "Scene":
+        """The scene with the next smaller sets, which later decisions keep; the same without."""
+        return self.covering(self.coverages[:2][-1])
+
+    def covering(self, share: float) -> "Scene":
+        """The scene with sets that hold another share of the errors; the same where they do, and without sets."""
+        if self.coverage in (share, 1.0):
+            return self
+        sets = [o.uncertainty for o in self.motions]
+        less = [replace(each, coverage=share) if isinstance(each, Covering) else each for each in sets]
+        return self._among([replace(one, uncertainty=each) for one, each in zip(self.motions, less, strict=True)])
 
     def without(self, given_up: Flags) -> "Scene":
         """The scene without some of the motions (n,); the same without none."""
@@ -145,13 +143,13 @@ slower decisions in dense crowds. Fewer: those that come from farther away are s
 
 
 def motions_of(
-    navigator: Navigator, obstacles: Sequence[Obstacle], now: float, place: Array | None = None
+    navigator: Navigator, obstacles: Sequence[Obstacle], now: float, place: Array | None = None, delay: float = 0.0
 ) -> list[Obstacle]:
     """Obstacles that count at `now` [s], on their predicted trajectories, for a robot at `place` (d,) [m].
 
     Where the forecast is `FromModels`, those at rest and the FORESEEN nearest of the others; without a place all.
     """
-    forecast, rise = navigator.method.forecast, rise_of(navigator)
+    forecast = navigator.method.forecast
     there = [k for k, o in enumerate(obstacles) if forecast.includes_future or o.exists(now)]
     if place is not None and isinstance(forecast, FromModels) and len(there) > FORESEEN:
         known = [obstacles[k].known_at(now) for k in there]
@@ -161,7 +159,7 @@ def motions_of(
         gaps[rest] = -np.inf
         nearest = np.argsort(gaps, kind="stable")[: np.count_nonzero(rest) + FORESEEN]
         there = [there[k] for k in np.sort(nearest).tolist()]
-    each = futures(obstacles, forecast, now, there, rise)
+    each = futures(obstacles, forecast, now, there, Reaction(navigator.limits, navigator.period, delay))
     return [motion for motions in each for motion in motions]
 
 
@@ -173,68 +171,52 @@ SEARCH_SCALES: Final = (1.0, 0.5)
 step serves if the coarser one finds no arrival. Larger: fewer nodes to the goal, narrow gaps are missed. Smaller: the
 budget ends before an arrival is found."""
 
+
 MARGIN_SHARES: Final = (1.0, 0.5, 0.25, 0.0)
 """[1] Shares of the margin with which a search over sequences is repeated, in this order, until one succeeds. More
 values: a robot in a narrow gap keeps more of its margin, for more searches. Without 0: it finds no way where only
 contact is avoidable."""
 
-DOUBT_SHARES: Final = (1.0, 0.5, 0.25, 0.1, 0.0)
-"""[1] Shares of the uncertainty of obstacles with which a search over sequences is repeated until one succeeds. More
-values: a robot without a certain way keeps more distance from likely positions, for more searches. Only 1: it has no
-sequence where the uncertainty leaves no way."""
-
-SOONER_SHARE: Final = 0.3
-"""[1] Share of the uncertainty of obstacles, and of the margin, that a sequence keeps clear of to arrive much earlier.
-Larger: robots wait longer in dense traffic. Smaller: more forecasts are wrong by more than the distance kept."""
-
-SOONER_RISES: Final = 2.0
-"""[1] Times from rest to max_speed by which such a sequence must arrive earlier. Larger: robots wait longer for a way
-that is clear of all of the uncertainty. Smaller: they take more ways that are not."""
-
-WIDER_SHARE: Final = 5.0
-"""[1] Share of the uncertainty of obstacles that a sequence keeps clear of where it arrives hardly later. Larger: wider
-ways around vehicles that may turn, brake or start; fewer of these ways exist. 1: none is wider."""
-
-WIDER_RISES: Final = 6.0
-"""[1] Times from rest to max_speed by which such a sequence may arrive later. Larger: longer detours and waits.
-Smaller: more ways lead closely past vehicles that then turn, brake or start."""
-
-ANEW_BUDGETS: Final = 2.0
-"""[1] Budgets of work for a search among forecasts from several models: they change with every observation, so that a
-search never continues at the next decision. Larger: earlier arrivals and fewer contacts among many obstacles, slower
-decisions."""
-
 
 def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
     """Decision for a new sequence, else of the navigator, in the first part of the scene that has a safe one.
 
-    First with all futures of the obstacles, then without the least probable ones. Where the uncertainty is an estimate,
-    then with less and less of it. A safe decision is replaced by one with less of it that arrives much earlier, and
-    this by one with more of it that arrives hardly later.
+    First among the stated sets of a forecast, if a sequence with the whole margin arrives there. Then with the next
+    smaller sets and all futures of the obstacles, then without the least probable futures, then with smaller sets.
 
     Args:
         budget: [us] of work; improving: [us] of work after the first arrival, and the least for each search.
     """
-    estimated = isinstance(scene.navigator.method.forecast, FromModels)
-    work = Work(budget * (ANEW_BUDGETS if estimated else 1.0), improving)
     given = [] if all(motion.probability == 1.0 for motion in scene.motions) else levels(scene.motions)
-    if not estimated or not scene.is_uncertain:
-        return _least_given_up(scene, given, work)
-    if scene.clearance() >= 0.0:
-        decision = _least_given_up(scene, given, work)
-        if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
-            if given:
-                return decision
-            return _wider(scene, _sooner(scene, decision, Work(ANEW_BUDGETS * budget, improving)), budget, improving)
+    less = scene.less()
+    if less is not scene and not given:
+        found = _sequence_in(scene, Work(budget, improving), MARGIN_SHARES[:1])
+        if found is not None and found.arrival < np.inf:
+            return found
+    decision = stated(scene, _least_given_up(less, given, Work(budget, improving)), less.coverage)
     likely = scene.without(given[-1].given_up) if given else scene
-    for doubt in DOUBT_SHARES[1:]:
-        part = likely.with_doubt(doubt)
-        # A robot in overlap has no safe decision.
-        if part.clearance() >= 0.0 or doubt == DOUBT_SHARES[-1]:
-            decision = _plan_in(part, work)
-            if decision.outcome.safe:
-                break
+    for share in scene.coverages:
+        if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
+            break
+        if share < less.coverage:
+            decision = stated(likely, _plan_in(likely.covering(share), Work(budget, improving)), share)
     return decision
+
+
+def stated(scene: Scene, decision: Decision, share: float) -> Decision:
+    """A decision that keeps sets of a `share` of the errors: LIKELY where it does not keep those that are stated."""
+    if not decision.outcome.safe or share == scene.coverage or avoids(scene, decision):
+        return decision
+    return replace(decision, outcome=Outcome.LIKELY, given_up=1.0 - share)
+
+
+def avoids(scene: Scene, decision: Decision) -> bool:
+    """Whether a manoeuvre is collision-free among the motions of a scene, as long as their sets grow."""
+    grows = max(o.uncertainty.until for o in scene.motions if isinstance(o.uncertainty, Covering))
+    window = ObstacleWindow(scene.motions, scene.now, min(grows, scene.navigator.horizon))
+    motion = decision.manoeuvre.continuation(scene.state, scene.now)
+    blocked = ControlObstacle(motion, scene.state, window, scene.navigator.robot)
+    return not blocked.overlaps and blocked.time_to_collision(np.zeros(scene.state.dimension)) == np.inf
 
 
 def _least_given_up(scene: Scene, given: list[Level], work: Work) -> Decision:
@@ -249,54 +231,13 @@ def _least_given_up(scene: Scene, given: list[Level], work: Work) -> Decision:
     )
 
 
-def _sooner(scene: Scene, decision: Decision, work: Work) -> Decision:
-    """A sequence that keeps clear of less of the uncertainty and arrives much earlier; without one, `decision`.
-
-    The radius of an estimate grows with time, and obstacles appear of which nothing is known yet. A robot that plans to
-    pass once all others have left may wait until its deadline.
-    """
-    latest = _arrival(decision) - SOONER_RISES * rise_of(scene.navigator)
-    way = float(np.linalg.norm(scene.goal.position(scene.now) - scene.state.position))
-    if scene.now + way / scene.navigator.limits.max_speed >= latest:
-        return decision
-    part = scene.with_doubt(SOONER_SHARE)
-    found = None if part is scene else _sequence_in(part, (part.doubt,), work)
-    return decision if found is None or found.arrival > latest or found.arrival == np.inf else found
-
-
-def _wider(scene: Scene, decision: Decision, budget: float, improving: float) -> Decision:
-    """A sequence that keeps clear of more than the uncertainty and arrives hardly later; without one, `decision`.
-
-    The radius of an estimate bounds what later decisions do not correct. They correct little where an obstacle begins
-    to turn, to brake or to accelerate close to the robot.
-    """
-    latest = _arrival(decision) + WIDER_RISES * rise_of(scene.navigator)
-    if latest == np.inf:
-        return decision
-    part = scene.with_doubt(WIDER_SHARE)
-    clearance = part.clearance()
-    if part is scene or clearance < 0.0:
-        return decision
-    margin = min(clearance, scene.navigator.margin)
-    found, _ = search_in(part, margin, budget, improving, SEARCH_SCALES[:1], latest)
-    if not found.complete or found.arrival > latest:
-        return decision
-    return sequence_decision(part, found, Outcome.CLEAR if found.direct else Outcome.CONSTRAINED)
-
-
-def _arrival(decision: Decision) -> float:
-    """[s] inf without a known one."""
-    return decision.arrival if isinstance(decision, SequenceDecision) else np.inf
-
-
 def _plan_in(scene: Scene, work: Work) -> Decision:
     """Decision for a new sequence, else of the navigator, that avoids all motions of a scene.
 
     A robot that must not stop begins a sequence without an arrival only where the navigator has no safe decision: such
     a sequence leads past obstacles at full speed, and the robot cannot wait for a better one.
     """
-    shares = MARGIN_SHARES if scene.doubt == 1.0 else (scene.doubt,)
-    found = _sequence_in(scene, shares, work)
+    found = _sequence_in(scene, work)
     if found is not None and not (found.outcome is Outcome.BEGUN and found.search.problem.never_stops):
         return found
     own = alone(scene)
@@ -306,14 +247,13 @@ def _plan_in(scene: Scene, work: Work) -> Decision:
 def alone(scene: Scene) -> Decision:
     """Decision of the navigator; in a part of the scene, and where it is estimated, among the motions of the scene."""
     navigator, method = scene.navigator, replace(scene.navigator.method, looks_ahead=False)
-    around, whole = scene.given, scene.doubt == 1.0
-    estimated = isinstance(method.forecast, FromModels)
-    if estimated or not whole or not all(motion.probability == 1.0 for motion in scene.motions):
-        around = [replace(motion, probability=1.0) for motion in scene.uncertain()]
+    around = scene.given
+    if isinstance(method.forecast, FromModels) or not all(motion.probability == 1.0 for motion in scene.motions):
+        around = [replace(motion, probability=1.0) for motion in scene.motions]
         method = replace(method, forecast=Known())
-    without_search = replace(navigator, method=method, margin=scene.doubt * navigator.margin)
-    decision = without_search.decide(scene.state, around, scene.goal, now=scene.now, previous=scene.before)
-    return decision if whole or not decision.outcome.safe else replace(decision, outcome=Outcome.SQUEEZED)
+    return replace(navigator, method=method).decide(
+        scene.state, around, scene.goal, now=scene.now, previous=scene.before
+    )
 
 
 def rests_clear(scene: Scene, arrival: float) -> bool:
@@ -321,7 +261,7 @@ def rests_clear(scene: Scene, arrival: float) -> bool:
 
     True for a goal to pass, and for an arrival beyond the horizon.
     """
-    left, there = scene.now + scene.navigator.horizon - arrival, [m for m in scene.uncertain() if m.exists(arrival)]
+    left, there = scene.now + scene.navigator.horizon - arrival, [m for m in scene.motions if m.exists(arrival)]
     if not scene.goal.stop or left <= scene.navigator.period or not there:
         return True
     rest, window = State(scene.goal.position(arrival), 0.0 * scene.state.velocity), ObstacleWindow(there, arrival, left)
@@ -329,11 +269,13 @@ def rests_clear(scene: Scene, arrival: float) -> bool:
     return float(blocked.clearance(0.0 * scene.state.velocity)) >= 0.0
 
 
-def _sequence_in(scene: Scene, shares: Sequence[float], work: Work) -> SequenceDecision | None:
+def _sequence_in(scene: Scene, work: Work, shares: Sequence[float] = MARGIN_SHARES) -> SequenceDecision | None:
     """Decision for a new sequence with the first of those shares of the margin that has one.
 
-    One that arrives, else one that is only begun.
+    One that arrives, else one that is only begun. A search that the budget ends continues at the next decision. Not so
+    where forecasts change with every observation: there the next share has a budget of its own.
     """
+    changes = isinstance(scene.navigator.method.forecast, FromModels)
     clearance, margin = scene.clearance(), scene.navigator.margin
     if clearance < 0.0:
         return None
@@ -341,14 +283,14 @@ def _sequence_in(scene: Scene, shares: Sequence[float], work: Work) -> SequenceD
     left = work.left
     for share in shares if margin > 0.0 else shares[:1]:
         found, spent = search_in(scene, min(clearance, share * margin), left, work.least, SEARCH_SCALES)
-        left -= spent
-        work.left = max(left, work.least)
+        if not changes:
+            left -= spent
+            work.left = max(left, work.least)
         if found.complete:
             outcome = Outcome.CLEAR if found.direct else Outcome.CONSTRAINED
-            whole = share == scene.doubt == 1.0
-            return sequence_decision(scene, found, outcome if whole else Outcome.SQUEEZED)
+            return sequence_decision(scene, found, outcome if share == 1.0 else Outcome.SQUEEZED)
         start = start or _ended(scene, found)
-        if found.cut or left <= 0.0:
+        if not changes and (found.cut or left <= 0.0):
             break
     return None if start is None else sequence_decision(scene, start, Outcome.BEGUN)
 
@@ -387,14 +329,13 @@ def search_in(
 def sequence_decision(scene: Scene, search: Search, outcome: Outcome) -> SequenceDecision:
     """Decision for the sequence that a search found."""
     motion = search.manoeuvre(scene.state, scene.now)
-    table = ObstacleWindow(scene.uncertain(), scene.now, scene.navigator.horizon)
+    table = ObstacleWindow(scene.motions, scene.now, scene.navigator.horizon)
     blocked = ControlObstacle(motion.response, scene.state, table, scene.navigator.robot, search.problem.margin)
     return SequenceDecision(
         *(motion, outcome, motion.control, made(blocked)),
         search=search,
         arrival=search.arrival,
         cut=search.cut,
-        doubt=scene.doubt,
     )
 
 
@@ -413,14 +354,12 @@ class LookAhead:
     passes behind obstacles and arrives in time without further rules. While no sequence to the goal is found, the safe
     one with the least estimated arrival is started. The search continues at the next decision as long as the
     predictions do not change. The navigator decides without any, within the tolerance of a goal to stop at, and where
-    something passes through the robot at rest there. The uncertainty of `FromModels` is an estimate: where it leaves no
-    safe decision, less of it counts (DOUBT_SHARES), and where a sequence with SOONER_SHARE of it arrives earlier by
-    SOONER_RISES times from rest to the maximum speed, that is taken. Where a sequence with WIDER_SHARE of it arrives at
-    most WIDER_RISES such times later, that is taken. Before that, improbable futures of obstacles are
-    given up, see `Obstacle.probability`; a sequence that gave some up is kept only once it avoids all.
+    something passes through the robot at rest there. Where the sets of `FromModels` leave no safe decision, smaller
+    ones count. Before that, improbable futures of obstacles are given up, see `Obstacle.probability`. A sequence that
+    gave something up is kept only once it avoids all.
 
     Law: a sequence keeps the margin until it ends, or the largest possible fraction of it, as long as the forecasts
-    hold. Where the forecast is `FromModels`, it keeps at least the share `doubt` of the uncertainty and of the margin.
+    hold. Where the forecast is `FromModels`, it keeps clear of its sets up to the time that the robot needs to react.
     The motion after a pass through the goal is not tested. A sequence obeys all limits; bounds as `Limits.allows` has
     it, in every period of the sequence. With the bound LeastSpeed none ends at rest: see `_plan_in`.
 
@@ -428,9 +367,9 @@ class LookAhead:
         navigator: provides forecast, shape, limits, period, margin and patience, and decides where the search has no
             sequence.
         time_horizon: [s] length of the searched future.
-        deadline: absolute time [s]; later arrivals do not count.
+        deadline: absolute time [s]; later arrivals count only where the robot alone could not arrive before.
         budget: [us] of work per decision, counted and not measured, so that results do not depend on the machine. A
-            search that it ends continues at the next decision, or has ANEW_BUDGETS of it where forecasts change.
+            search that it ends continues at the next decision if the forecasts do not change.
         improvement_budget: [us] of work once an arrival is known.
         prepared: see `prepared_for`.
     """
@@ -444,6 +383,8 @@ class LookAhead:
 
     def __post_init__(self) -> None:
         has(self.navigator, ("method", "limits", "decide"), "a Navigator", "navigator")
+        if not self.navigator.contact_at_rest:
+            raise InvalidInput("navigator: expected contact_at_rest=True to look ahead, found False")
         if self.prepared is not None:
             has(self.prepared, ("covers", "index"), "what prepared_for gives", "prepared")
         # As floats: kernels would be compiled once more for whole numbers.
@@ -487,22 +428,26 @@ class LookAhead:
         same_dimension(self.navigator.robot.dimension, state.dimension, "robot", "state")
         obstacles = tuple(listed(obstacles))
         one_by_one = each_for_one(obstacles, state.dimension, now)
-        motions = motions_of(self.navigator, one_by_one, now, state.position)
+        motions = motions_of(self.navigator, one_by_one, now, state.position, delay)
         tables = (self.prepared,) if before is None else (before.search.obstacles, self.prepared)
-        table = self._prediction(one_by_one, motions, now, tables)
-        scene = Scene(
-            self.navigator, state, goal, now, self._deadline(now), obstacles, motions, table, previous, before
-        )
+        deadline = self._deadline(state, goal, now)
+        table = self._prediction(one_by_one, motions, now, tables, deadline)
+        scene = Scene(self.navigator, state, goal, now, deadline, obstacles, motions, table, previous, before)
         there = goal.stop and float(np.linalg.norm(goal.position(now) - state.position)) <= goal.tolerance
-        kept = None if there else self._keep_or_improve(scene)
-        planned = kept or (alone(scene) if there else new_plan(scene, self.budget, self.improvement_budget))
+        less = scene.less()
+        kept = None if there else self._keep_or_improve(scene, less)
+        planned = kept or (
+            stated(scene, alone(less), less.coverage)
+            if there
+            else new_plan(scene, self.budget, self.improvement_budget)
+        )
         span = None if table.obstacles is None else (table.start, table.end)
         call = SearchCall(self if self.prepared is None else replace(self, prepared=None), state, obstacles, goal, now)
         record = recorded(call._replace(table=span), previous, fresh=kept is None)
         if not isinstance(planned, SequenceDecision):
             return replace(planned, record=record)
-        if not rests_clear(scene, planned.arrival):
-            return replace(alone(scene), record=record)
+        if not rests_clear(less, planned.arrival):
+            return replace(stated(scene, alone(less), less.coverage), record=record)
         inputs = DecisionInputs(self.navigator, state, obstacles, goal, None, now, None, None)
         return replace(completed(planned, inputs, previous, None, np.inf), record=record)
 
@@ -512,10 +457,11 @@ class LookAhead:
         motions: Sequence[Obstacle],
         now: float,
         tables: Sequence[PredictedObstacles | None],
+        deadline: float,
     ) -> PredictedObstacles:
         """Predicted obstacles now: the first of `tables` that is still valid and covers enough time, else a new one."""
         navigator = self.navigator
-        latest = predicted_until(navigator, self._deadline(now), now)
+        latest = predicted_until(navigator, deadline, now)
         for table in tables:
             if table is not None and table.covers(obstacles, now, latest):
                 return table
@@ -537,41 +483,40 @@ class LookAhead:
         """Copy whose decisions reuse a table built now for exactly these obstacles; itself where none would serve."""
         if not isinstance(self.navigator.method.forecast, EXACT):
             return self
-        return replace(self, prepared=self._prediction(obstacles, obstacles, now, ()))
+        latest = min(self.deadline, now + self.time_horizon)
+        return replace(self, prepared=self._prediction(obstacles, obstacles, now, (), latest))
 
-    def _deadline(self, now: float) -> float:
-        return min(self.deadline, now + self.time_horizon)
+    def _deadline(self, state: State, goal: Goal, now: float) -> float:
+        """The latest arrival [s] that counts: none after the deadline, unless the robot alone could not meet that."""
+        soonest = now + goal.time_to_go(state.position, state.velocity, now, self.navigator.limits)
+        return now + self.time_horizon if soonest > self.deadline else min(self.deadline, now + self.time_horizon)
 
-    def _keep_or_improve(self, scene: Scene) -> SequenceDecision | None:
-        """Previous sequence, or one that is better by the navigator's patience.
+    def _keep_or_improve(self, scene: Scene, less: Scene) -> Decision | None:
+        """Previous sequence while it avoids the smaller sets of `less`, or one that is better by the patience.
 
         None if the previous sequence must not be kept.
         """
         previous, now = scene.previous, scene.now
         if previous is None or now >= previous.search.end_time - NODE_TIME_SLACK * self.navigator.period:
             return None
-        whole, scene = scene, scene.with_doubt(previous.doubt)
         search, motion = previous.search, previous.manoeuvre
         deviation = float(np.abs(motion.position(now) - scene.state.position).max())
         deviation = max(deviation, float(np.abs(motion.velocity(now) - scene.state.velocity).max()))
         same = (
             search.obstacles is scene.prediction and scene.prediction.includes_future and deviation <= COMMITTED_SLACK
         )
-        if deviation > JUMP or not (same or self._remains_clear(scene, previous)):
+        if deviation > JUMP or not (same or self._remains_clear(less, previous)):
             return None
         period = self.navigator.period
         if not self.navigator.limits.allows(scene.state, motion.mean_acceleration(now, period), period):
             return None
         if not search.complete:
             return self._continue_search(scene, search) if same else None
-        if previous.doubt < WIDER_SHARE and isinstance(self.navigator.method.forecast, FromModels):
-            wide = _wider(whole, previous, self.budget, self.improvement_budget)
-            if isinstance(wide, SequenceDecision) and wide is not previous:
-                return wide
         improved = self._improved(scene, previous, same)
         if improved.complete and improved.arrival <= self._worth_changing(previous, now):
             return sequence_decision(scene, improved, self._outcome(scene, improved))
-        return replace(previous, outcome=Outcome.KEPT, better=improved if same else None, given_up=0.0)
+        kept = replace(previous, outcome=Outcome.KEPT, better=improved if same else None, given_up=0.0)
+        return stated(scene, kept, less.coverage)
 
     def _worth_changing(self, previous: SequenceDecision, now: float) -> float:
         """The latest arrival [s] for which the previous sequence is given up."""

@@ -81,19 +81,6 @@ class PredictedObstacles:
         owner = bodies.each["owner"][bodies.pieces.body]
         return cls(None if obstacles is None else tuple(obstacles), include_future, start, end, index, owner)
 
-    def with_share(self, predictions: Sequence[Obstacle], decided: float, share: float) -> "PredictedObstacles":
-        """The table with a `share` [1] of the uncertainty of the predictions, made at `decided` [s], that it is of."""
-        index, since = self.index, self.index.times - decided
-        radii, ends = np.zeros(since.shape), np.searchsorted(self.owner, np.arange(len(predictions) + 1)).tolist()
-        for obstacle, begin, end in zip(predictions, ends[:-1], ends[1:], strict=True):
-            if obstacle.uncertainty is not None:
-                radii[begin:end] = obstacle.uncertainty.radius(since[begin:end], obstacle.dimension)
-        less = (1.0 - share) * radii[:, 0]
-        grown = (1.0 - share) * (radii[:, 1] - radii[:, 0])
-        largest = index.bounding_radius - less - np.maximum(index.growth, 0.0) + np.maximum(index.growth - grown, 0.0)
-        part = index._replace(radius=index.radius - less, growth=index.growth - grown, bounding_radius=largest)
-        return replace(self, obstacles=None, index=part)
-
     def covers(self, obstacles: Sequence[Obstacle], now: float, until: float) -> bool:
         """Whether the table is still valid from `now` to `until` [s] for these obstacles: for the same objects."""
         if self.obstacles is None or not (self.start <= now and until <= self.end):

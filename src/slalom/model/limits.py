@@ -27,6 +27,7 @@ from slalom.base.checks import (
 from slalom.base.tolerances import ADMISSIBLE
 from slalom.model.bounds import Bound, HalfSpaces, LeastSpeed, ball_sides
 from slalom.model.state import Affine, State
+from slalom.model.uncertainty import Uncertainty
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +178,17 @@ class Limits:
     def braking(self) -> float:
         """The deceleration [m/s^2] that the robot can reach at any speed and heading, by its `bounds`."""
         return min([self.max_acceleration, *(bound.braking for bound in self.bounds)])
+
+    def time_to_react(self, error: Uncertainty, period: float, delay: float, dimension: int) -> float:
+        """[s] until later decisions can correct an `error` of a forecast made now, in whole periods and a delay [s].
+
+        A robot reacts to what it observes after one period and the delay. It has reacted at the first decision at which
+        its largest acceleration has moved it out of the radius of the error, or at which it has stopped.
+        """
+        since = period * np.arange(1.0, np.ceil(self.max_speed / self.braking / period) + 1.0)
+        times = since + period + delay
+        out = 0.5 * self.max_acceleration * since**2 >= error.radius(times, dimension)
+        return float(times[np.argmax(out)] if out.any() else times[-1])
 
     @cached_property
     def _fixed(self) -> tuple[bool, ...]:

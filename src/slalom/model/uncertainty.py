@@ -1,5 +1,6 @@
 """Bounds on the distance of an obstacle from its predicted position: a radius that grows with the prediction time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import erf, exp, log, pi, sqrt
@@ -137,6 +138,54 @@ class GrowsUntil(CheckedFields):
         if time.ndim == 1 and np.any(time >= last):
             last = float(time[time >= last].min())
         return self.of.radius(np.minimum(time, last), dimension)
+
+
+COVERAGES: Final = (0.5, 0.8, 0.95)
+"""[1] Shares of the errors of a forecast that its sets are stated to hold."""
+
+
+@dataclass(frozen=True)
+class Covering(CheckedFields):
+    """Radius that holds the share `coverage` of the measured errors of a forecast, at each time.
+
+    It is `scale` times a curve of straight lines through the radii (k,) [m] of that share in `sets`, at `times` (k,)
+    [s], k of at least 2. The first and the last line go on, and no radius is below 0. See `convex_radii`. From `until`
+    [s] on it is constant: by then the robot decides anew, see `Limits.time_to_react`.
+    """
+
+    coverage: Fraction
+    times: tuple[float, ...]
+    sets: tuple[tuple[float, tuple[float, ...]], ...]
+    scale: NotNegative = 1.0
+    until: float = np.inf
+
+    @classmethod
+    def of(cls, coverage: float, shares: Sequence[float], times: Array, radii: Array) -> "Covering":
+        """The least convex curves with radii (c, k) [m] or more, each of one of `shares` (c,), at times (k,) [s]."""
+        curves = map(tuple, convex_radii(times, radii).tolist())
+        return cls(coverage, tuple(times.tolist()), tuple(zip(shares, curves, strict=True)))
+
+    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
+        time = np.minimum(np.asarray(t, dtype=np.float64), self.until)
+        radii = _curve(dict(self.sets)[self.coverage], self.times, time.tobytes())
+        return np.asarray(self.scale * radii.reshape(time.shape))
+
+
+# The sets of all tracks of a decision are one curve, at the same times.
+@lru_cache(maxsize=256)
+def _curve(radii: tuple[float, ...], knots: tuple[float, ...], times_as_bytes: bytes) -> Array:
+    time, at = np.frombuffer(times_as_bytes), np.array(knots)
+    values = np.array(radii)
+    k = np.clip(np.searchsorted(at, time) - 1, 0, len(at) - 2)
+    slopes = np.diff(values) / np.diff(at)
+    return np.asarray(np.maximum(values[k] + (time - at[k]) * slopes[k], 0.0))
+
+
+def convex_radii(times: Array, radii: Array) -> Array:
+    """The least radii (..., k) [m] from the first on that never grow more slowly later: at times (k,) [s]."""
+    widths = np.diff(times)
+    slopes = np.maximum.accumulate(np.maximum(np.diff(radii, axis=-1) / widths, 0.0), axis=-1)
+    return np.concatenate([radii[..., :1], radii[..., :1] + np.cumsum(slopes * widths, axis=-1)], axis=-1)
 
 
 @lru_cache(maxsize=64)

@@ -27,6 +27,7 @@ from slalom.model.path import Path
 from slalom.model.shape import Part, Shape
 from slalom.model.trajectory import PiecewisePolynomial, Trajectory
 from slalom.model.trajectory.kinds import cubic_paths
+from slalom.model.uncertainty import Covering, GrowsUntil
 from slalom.obstacle.obstacle import Obstacle
 
 
@@ -271,7 +272,7 @@ def pieces_of_each(
     if not indices:
         return no_bodies(robot.dimension, len(obstacles))
     foreseen = start if decided is None else decided
-    paths = _paths_at_once([obstacles[index] for index in indices], spans)
+    paths = _paths_at_once([obstacles[index] for index in indices], spans, foreseen)
     ways: list[Path | None] = [None] * len(indices)
     for k, index in enumerate(() if braking is None else indices):
         assert braking is not None
@@ -317,7 +318,9 @@ def braking_displacement(trajectory: Trajectory, braking: float, since: float, b
     return Path(times, path.points - braked, path.error)
 
 
-def _paths_at_once(obstacles: Sequence[Obstacle], spans: Sequence[tuple[float, float]]) -> dict[int, Path]:
+def _paths_at_once(
+    obstacles: Sequence[Obstacle], spans: Sequence[tuple[float, float]], decided: float
+) -> dict[int, Path]:
     """Paths by number of obstacles, such as predictions of one moment, which take less time together than one by one.
 
     They are those of cubic trajectories with the same times, and of uncertain obstacles, cut as `rows_of` needs them.
@@ -333,23 +336,30 @@ def _paths_at_once(obstacles: Sequence[Obstacle], spans: Sequence[tuple[float, f
     for (_, _, (begin, end)), some in groups.items():
         times, points = cubic_paths([cast(PiecewisePolynomial, obstacles[k].trajectory) for k in some], begin, end)
         found |= {k: Path(times, own, np.zeros(len(times) - 1)) for k, own in zip(some, points, strict=True)}
-    uncertain: dict[bytes, list[int]] = {}
+    uncertain: dict[tuple[bytes, float], list[int]] = {}
     for k, path in found.items():
         if obstacles[k].uncertainty is not None:
-            uncertain.setdefault(path.times.tobytes(), []).append(k)
-    for some in uncertain.values():
+            uncertain.setdefault((path.times.tobytes(), decided + _grows_until(obstacles[k])), []).append(k)
+    for (_, until), some in uncertain.items():
         paths = [found[k] for k in some]
         points, errors = np.stack([path.points for path in paths], axis=1), np.stack([p.error for p in paths], axis=1)
         together = Path(paths[0].times, points, errors)
-        cut = together.cut(_uncertain_knots(together, float(together.times[0]), float(together.times[-1])))
+        cut = together.cut(_uncertain_knots(together, float(together.times[0]), float(together.times[-1]), until))
         for row, k in enumerate(some):
             found[k] = Path(cut.times, np.ascontiguousarray(cut.points[:, row]), cut.error[:, row].copy())
     return found
 
 
-def _uncertain_knots(path: Path, begin: float, end: float) -> Array:
-    """Times [s] between which a radius that grows is taken as linear."""
-    return np.union1d(path.times, np.linspace(begin, end, UNCERTAINTY_PIECES + 1))
+def _uncertain_knots(path: Path, begin: float, end: float, until: float) -> Array:
+    """Times [s] between which a radius that grows `until` a time [s] is taken as linear."""
+    knots = np.union1d(path.times, np.linspace(begin, end, UNCERTAINTY_PIECES + 1))
+    # A piece as short as rounding would have no direction.
+    return knots if np.isclose(knots, until).any() or not begin < until < end else np.union1d(knots, [until])
+
+
+def _grows_until(obstacle: Obstacle) -> float:
+    """[s] since the decision after which the uncertainty does not grow."""
+    return obstacle.uncertainty.until if isinstance(obstacle.uncertainty, Covering | GrowsUntil) else np.inf
 
 
 def merged(parts: Sequence[Bodies]) -> Bodies:
@@ -409,7 +419,8 @@ def rows_of(
     turns: Array | None = None
     radius, growth = path.error, np.zeros(len(path.error))
     if obstacle.uncertainty is not None:
-        path = path.cut(_uncertain_knots(path, begin, end)) if known is None else path
+        knots = _uncertain_knots(path, begin, end, decided + _grows_until(obstacle)) if known is None else path.times
+        path = path.cut(knots) if known is None else path
         widths = obstacle.uncertainty.radius(path.times - decided, obstacle.dimension)
         radius, growth = path.error + widths[:-1], np.diff(widths)
     if obstacle.turns or way is not None:

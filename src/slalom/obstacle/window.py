@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Final, Protocol, TypeAlias, cast
+from typing import Any, Final, NamedTuple, Protocol, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ from slalom.model.limits import Limits
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.model.trajectory import Trajectory
-from slalom.model.uncertainty import BoundedError
+from slalom.model.uncertainty import COVERAGES, BoundedError, Covering, GrowsUntil, Uncertainty
 from slalom.obstacle.obstacle import Headings, Obstacle
 from slalom.obstacle.pieces import Reach, merged, no_bodies, pieces_of_each
 from slalom.obstacle.table import (
@@ -35,10 +35,31 @@ from slalom.obstacle.table import (
 from slalom.obstacle.tracks import Tracks
 
 
-def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 0.0) -> Obstacle:
+class Reaction(NamedTuple):
+    """What a robot needs to react to errors of a forecast."""
+
+    limits: Limits
+    period: float  # [s]
+    delay: float = 0.0  # [s]
+
+    @property
+    def rise(self) -> float:
+        """[s] from rest to the maximum speed."""
+        return self.limits.max_speed / self.limits.max_acceleration
+
+    def bounded(self, error: Uncertainty, dimension: int) -> Uncertainty:
+        """An error that grows until the robot has reacted, see `Limits.time_to_react`; all sets as that of 0.8."""
+        less = error
+        if isinstance(error, Covering) and error.coverage in COVERAGES:
+            less = replace(error, coverage=min(error.coverage, COVERAGES[1]))
+        until = self.limits.time_to_react(less, self.period, self.delay, dimension)
+        return replace(error, until=until) if isinstance(error, Covering) else GrowsUntil(error, until)
+
+
+def predicted(obstacle: Obstacle, forecast: Forecast, now: float, reaction: Reaction | None = None) -> Obstacle:
     """The obstacle on its predicted trajectory from `now` [s] on; the same object if the forecast changes nothing.
 
-    `rise` [s] is the time of the robot from rest to its maximum speed, for forecasts that bound their error.
+    With `FromModels` and the `reaction` of a robot an uncertainty grows until then, and moves on with the motion.
     An obstacle that is predicted to stay at rest keeps its last heading. After the end of its trajectory see
     `Obstacle.after_end`.
 
@@ -48,8 +69,8 @@ def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 
     """
     obstacle = obstacle.known_at(now)
     if isinstance(forecast, FromModels):
-        trajectory, error = forecast.with_error(obstacle.trajectory, now, rise)
-        return _moving(obstacle, trajectory, now, error)
+        ((found,),) = futures([obstacle], replace(forecast, futures=1), now, [0], reaction)
+        return found
     trajectory = forecast(obstacle.trajectory, now)
     if trajectory is obstacle.trajectory:
         return obstacle
@@ -60,27 +81,35 @@ def predicted(obstacle: Obstacle, forecast: Forecast, now: float, rise: float = 
 
 
 def futures(
-    obstacles: Sequence[Obstacle], forecast: Forecast, now: float, there: Sequence[int], rise: float = 0.0
+    obstacles: Sequence[Obstacle],
+    forecast: Forecast,
+    now: float,
+    there: Sequence[int],
+    reaction: Reaction | None = None,
 ) -> list[list[Obstacle]]:
     """Obstacles `there`, by number, on each of their predicted trajectories; as `predicted` if there is one.
 
     With the probabilities of these. `FromModels` uses the past of all obstacles, also of those that have left.
     """
     if not isinstance(forecast, FromModels):
-        return [[predicted(obstacles[k], forecast, now, rise)] for k in there]
+        return [[predicted(obstacles[k], forecast, now)] for k in there]
     known = [obstacles[k].known_at(now) for k in there]
     found: list[list[Obstacle]] = []
     seen = [obstacle.continued.trajectory for obstacle in obstacles]
+    rise = 0.0 if reaction is None else reaction.rise
     several = forecast.predictions([one.trajectory for one in known], now, rise, seen)
     for one, k, (each, error) in zip(known, there, several, strict=True):
+        own = one.uncertainty or error
+        if reaction is not None and own != _NONE:
+            own = reaction.bounded(own, one.dimension)
         if len(each) == 1:
-            found.append([_moving(one, each[0][1], now, error)])
+            found.append([_moving(one, each[0][1], now, own)])
             continue
         one_of_several = one.probability < 1.0
         owner = one.owner or one.name if one_of_several else f"{one.name} (obstacle {k})"
         found.append(
             [
-                replace(_moving(one, trajectory, now, error), probability=one.probability * p, owner=owner)
+                replace(_moving(one, trajectory, now, own), probability=one.probability * p, owner=owner)
                 for p, trajectory in each
             ]
         )
@@ -90,10 +119,10 @@ def futures(
 _NONE = BoundedError()
 
 
-def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float, error: BoundedError = _NONE) -> Obstacle:
-    """The obstacle on a predicted trajectory, with this error of it unless it has an uncertainty of its own."""
+def _moving(obstacle: Obstacle, trajectory: Trajectory, now: float, error: Uncertainty = _NONE) -> Obstacle:
+    """The obstacle on a predicted trajectory, with this error of it if there is one."""
     changed: dict[str, Any] = {"trajectory": trajectory}
-    if obstacle.uncertainty is None and error != _NONE:
+    if error != _NONE:
         changed["uncertainty"] = error
     if isinstance(obstacle.heading, Headings):
         changed["heading"] = float(obstacle.heading.angle(now))
@@ -217,8 +246,18 @@ class ObstacleWindow:
         self._distances: tuple[tuple[Shape, bytes], Array, Array] | None = None
 
     @classmethod
-    def predicted(cls, obstacles: Obstacles, forecast: Forecast, start: float, horizon: float) -> "ObstacleWindow":
-        """The obstacles as a forecast predicts them at `start` [s]; later ones only if the forecast contains them."""
+    def predicted(
+        cls,
+        obstacles: Obstacles,
+        forecast: Forecast,
+        start: float,
+        horizon: float,
+        reaction: Reaction | None = None,
+    ) -> "ObstacleWindow":
+        """The obstacles as a forecast predicts them at `start` [s]; later ones only if the forecast contains them.
+
+        reaction: of the robot that predicts them, see `predicted`.
+        """
         if not len(all_given := listed(obstacles)):
             return cls(all_given, start, horizon)
         exact, given = isinstance(forecast, EXACT), list[Obstacle | ObstacleTable | Tracks]()
@@ -228,7 +267,7 @@ class ObstacleWindow:
                 given += [table, *others]
             else:
                 given.append(one.with_forecast(forecast) if isinstance(one, Tracks) and not exact else one)
-        sources = _foreseen(given, forecast, start)
+        sources = _foreseen(given, forecast, start, reaction)
         window, first = cls(sources, start, horizon), 0
         for source in sources if not forecast.includes_future else ():
             if isinstance(source, ObstacleTable):
@@ -423,7 +462,7 @@ def _key(robot: Shape, reach: Reach) -> tuple[object, ...]:
 
 
 def _foreseen(
-    given: list[Obstacle | ObstacleTable | Tracks], forecast: Forecast, start: float
+    given: list[Obstacle | ObstacleTable | Tracks], forecast: Forecast, start: float, reaction: Reaction | None
 ) -> list[Obstacle | ObstacleTable | Tracks]:
     """The tables and tracks as `given`, and in place of each obstacle what a forecast expects of it at `start` [s]."""
     rows = [k for k, one in enumerate(given) if isinstance(one, Obstacle)]
@@ -432,7 +471,7 @@ def _foreseen(
     single = [cast(Obstacle, given[k]) for k in rows]
     there = [n for n, one in enumerate(single) if forecast.includes_future or one.exists(start)]
     expected: dict[int, Sequence[Obstacle]] = dict.fromkeys(rows, ())
-    expected |= {rows[n]: each for n, each in zip(there, futures(single, forecast, start, there))}
+    expected |= {rows[n]: each for n, each in zip(there, futures(single, forecast, start, there, reaction))}
     return [each for k, one in enumerate(given) for each in expected.get(k, (one,))]
 
 

@@ -1,10 +1,9 @@
 """Calibrated radii of predictions: which distance from the forecast held a chosen share of the errors so far."""
 
 from collections import deque
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
-from itertools import combinations
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -20,14 +19,12 @@ from slalom.base.checks import (
     check_fields,
     has,
     listing,
-    number,
     positive,
 )
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
-from slalom.kernels.arrays import Indices
-from slalom.model.uncertainty import BoundedError, Uncertainty
+from slalom.model.uncertainty import BoundedError, Covering, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks, told_apart
 
@@ -42,10 +39,6 @@ stay too large for longer. Smaller: the first predictions over a long time have 
 CONFORMAL_RATE: Final = 0.002
 """[1] Change of the level of that quantile for each error. Larger: the share of errors within the radius returns sooner
 to the stated confidence. Smaller: a steadier radius."""
-
-FIT_SLACK: Final = 1e-12
-"""[1] Share of the largest radius by which an enclosing bound may be too large; above the rounding of its equations.
-Larger: a larger bound. Smaller: rounding may leave no corner of the linear programme."""
 
 
 class Coverage(NamedTuple):
@@ -179,12 +172,15 @@ class Calibration:
         return np.array(found)
 
     @property
-    def error(self) -> BoundedError:
-        """The least bound of the form position + velocity t + acceleration t^2 / 2 that holds all radii."""
-        return enclosing_error(self.leads, np.maximum(self.radii(), 0.0))
+    def error(self) -> Covering:
+        """The uncertainty with these radii, straight between them, or with larger ones where growth would slow down."""
+        times, radii = np.array(self.leads), np.maximum(self.radii(), 0.0)
+        if len(times) == 1:
+            times, radii = np.append(0.0, times), np.append(0.0, radii)
+        return Covering.of(self.confidence, (self.confidence,), times, radii[None])
 
     def calibrated(self, stated: Sequence[Uncertainty], ages: npt.ArrayLike) -> tuple[Uncertainty, ...]:
-        """The uncertainties (n,) of tracks that state others: the least bounds of the form of `error`.
+        """The uncertainties (n,) of tracks that state others: `Covering`, as `error` is.
 
         Each holds the calibrated radius now and at every prediction time. The calibrated radii are those of predictions
         from a measurement; `ages` (n,) [s] are the times since then, and radii between the prediction times, and after
@@ -197,7 +193,8 @@ class Calibration:
         radii = np.stack([one.radius(known, self._dimension) for one in stated])
         slope = (extra[-1] - extra[-2]) / (known[-1] - known[-2])
         radii += np.interp(since, known, extra) + slope * np.maximum(since - known[-1], 0.0)
-        return enclosing_errors(known, np.maximum(radii, 0.0))
+        share = (self.confidence,)
+        return tuple(Covering.of(*share, share, known, row[None]) for row in np.maximum(radii, 0.0))
 
     @property
     def coverage(self) -> tuple[Coverage, ...]:
@@ -249,42 +246,3 @@ def _quantile(lead: _Lead) -> tuple[float, bool]:
         return max(lead.residuals, default=0.0), False
     k = min(max(int(np.ceil(rank / count * n - WHOLE_COUNT)), 1), n) - 1
     return float(np.partition(np.array(lead.residuals), k)[k]), True
-
-
-def enclosing_error(times: Iterable[float], radii: npt.ArrayLike) -> BoundedError:
-    """The bound position + velocity t + acceleration t^2 / 2 of least sum that is at least `radii` (k,) [m] at `times`.
-
-    `times` (k,) [s]. It is a linear programme in three numbers of at least 0, so one of its corners is the least.
-
-    Raises:
-        InvalidInput: other than k radii of at least 0.
-    """
-    t = np.array([number(time, "times") for time in times])
-    bound = array_of(radii, "radii", t.shape)
-    if not len(t) or bound.min() < 0.0:
-        raise InvalidInput(f"radii: expected some of at least 0 m, found {bound.tolist()}")
-    return enclosing_errors(t, bound[None])[0]
-
-
-@lru_cache(maxsize=16)
-def _programme(times: tuple[float, ...]) -> tuple[Array, Indices]:
-    """The sides (k + 3, 3) of the linear programme at k times [s], and the three of each of its corners (n, 3)."""
-    t = np.array(times)
-    sides = np.concatenate([np.stack([np.ones_like(t), t, 0.5 * t * t], axis=1), np.eye(3)])
-    chosen = np.array(list(combinations(range(len(sides)), 3)))
-    return sides, chosen[np.abs(np.linalg.det(sides[chosen])) > 0.0]
-
-
-def enclosing_errors(t: Array, radii: Array) -> tuple[BoundedError, ...]:
-    """The bounds (n,) of `enclosing_error` for `radii` (n, k) [m] >= 0 at times `t` (k,) [s]."""
-    sides, chosen = _programme(tuple(t.tolist()))
-    least = np.concatenate([radii, np.zeros((len(radii), 3))], axis=1)
-    corners = np.linalg.solve(sides[chosen], least[:, chosen, None])[..., 0]
-    slack = FIT_SLACK * (1.0 + radii.max(axis=1, initial=0.0))
-    inside = (corners @ sides.T >= (least - slack[:, None])[:, None]).all(axis=2)
-    total = np.where(inside, corners @ sides[:-3].sum(axis=0), np.inf)
-    best = corners[np.arange(len(radii)), np.argmin(total, axis=1)]
-    # Rounding may leave a number below 0 or a radius that is not reached, by less than the slack.
-    best = np.maximum(best, 0.0)
-    best[:, 0] += slack
-    return tuple(BoundedError(*numbers) for numbers in best.tolist())

@@ -315,6 +315,12 @@ def explanation(decision: Decision) -> dict[str, Any]:
     for one in alternatives:
         cost = "no safe control" if one["cost"] is None else f"{verb} {one['cost']:.2f}{unit}"
         sentences.append(f"Alternative {one['response']}: {cost}.")
+    if decision.contact is not None:
+        contact = decision.contact
+        sentences.append(
+            f"A contact within {contact.seconds:.1f} s has a probability of {100.0 * contact.probability:.1f} %, "
+            f"most likely with {contact.obstacle}."
+        )
     first = found.first
     hit = {"obstacle": others[first].name, "time": float(found.contact_times[first])} if first >= 0 else None
     return {

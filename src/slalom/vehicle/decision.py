@@ -60,10 +60,10 @@ class Moment(NamedTuple):
     stood: tuple[Array, float]
     progress: float | None
 
-    def at_rest(self, counts: bool) -> "Moment":
-        """The same inputs, where contacts with all bodies count while the vehicle is at rest, or with none."""
+    def while_moving(self) -> "Moment":
+        """The same inputs, where no contact counts while the vehicle is at rest."""
         each = self.bodies.each.copy()
-        each["at_rest"] = counts
+        each["at_rest"] = False
         return self._replace(bodies=self.bodies._replace(each=each))
 
 

@@ -143,11 +143,11 @@ class VehicleNavigator(SharedSettings):
     an obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
 
     What tracked obstacles do later is not known: `Tracks`, and others that move with an uncertainty. So by default
-    contacts with them count only while the vehicle moves (passive safety). A motion that would be hit at rest is not
-    safe: its outcome is STOPPING. What comes too near in any case is approached no farther than if the vehicle stayed.
+    contacts with them count only while the vehicle moves (passive safety). What comes too near in any case is
+    approached no farther than if the vehicle stayed.
 
-    Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, no obstacle is touched. While they
-    are safe or STOPPING, the vehicle touches nothing as long as it moves.
+    Law: while outcomes are safe, forecasts hold and the vehicle moves as its model, the vehicle touches nothing as long
+    as it moves. At rest it is touched only by what is tracked, and not with `contact_at_rest`.
 
     Attributes:
         vehicle: its limits and its period. method: a row of the table of methods.
@@ -318,7 +318,7 @@ class VehicleNavigator(SharedSettings):
             least = np.inf if found < np.inf else self._improvement(moment, best, target)
             held = self._going_on_or_held(moment, keep, target, least) if least > -np.inf else None
         if held is not None:
-            return self._decided(moment, held, np.inf, self._outcome(moment, held, keep), no_way)
+            return self._decided(moment, held, np.inf, Outcome.CONSTRAINED, no_way)
         if found < np.inf:
             stop = self._braking(moment)
             known = np.where(moment.bodies.at_rest, keep, -np.inf)
@@ -329,11 +329,6 @@ class VehicleNavigator(SharedSettings):
         return self._decided(
             moment, best, found, best.plan.outcome if best.plan and safe else Outcome.CONTINUED, no_way
         )
-
-    def _outcome(self, moment: Moment, held: Proposal, keep: Array) -> Outcome:
-        """CONSTRAINED for a held motion that stays clear at its end, STOPPING for one that is clear while it moves."""
-        lasts = self._contact(moment.at_rest(True), held.motions, keep) == np.inf
-        return Outcome.CONSTRAINED if lasts else Outcome.STOPPING
 
     def _improvement(self, moment: Moment, plan: Proposal, way: Array) -> float:
         """The cost [m] below which a held motion replaces a clear one; -inf: none does.
@@ -520,7 +515,7 @@ class VehicleNavigator(SharedSettings):
         """
         goal = moment.to
         if goal is None:
-            return moment.pose.position[None]
+            return np.array([moment.pose.position])
         if moment.progress is None or not isinstance(goal, PathGoal):
             return goal.position(moment.now)[None]
         return goal.between(moment.progress, moment.progress + self.horizon * self.vehicle.limits.max_speed)
@@ -579,7 +574,7 @@ class VehicleNavigator(SharedSettings):
             judged.append((found, proposal._replace(outcome=Outcome.DELAYED)))
         stand = [k for k, one in enumerate(moment.window.obstacles) if stands(one, moment.now)]
         still = np.where(np.isin(moment.bodies.owner, stand), keep, -np.inf)
-        passive = moment.at_rest(False)
+        passive = moment.while_moving()
         some = [one for one in judged if self._contact(passive, one[1].motions, still) == np.inf]
         stop = self._braking(moment)
         return max(some or [(self._contact(moment, stop.motions, keep), stop)], key=lambda one: one[0])

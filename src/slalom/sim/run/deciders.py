@@ -136,7 +136,8 @@ class FleetDecider:
         fleet.information = next(iter(sensing), fleet.information)
 
     def decide(self, now: float) -> Decisions:
-        before, states, d = perf_counter(), self.states, self.scenario.dimension
+        before, states = perf_counter(), self.states
+        d = self.scenario.dimension
         found = self.fleet.step(
             now,
             states.position[:, :d],
