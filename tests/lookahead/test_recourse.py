@@ -32,10 +32,11 @@ LIMITS = Limits(1.5, 1.5)
 RISE = LIMITS.max_speed / LIMITS.max_acceleration
 GOAL = Goal(Stationary((5.0, 0.0)), 0.3)
 STATE = State((0.0, 0.0), (0.8, 0.0))
-ROBOT = LookAhead(
-    Navigator(slalom.method("nao_ahead").with_foresight("observed"), Disc(RADIUS), LIMITS, period=0.1, margin=MARGIN),
-    time_horizon=12.0,
+AHEAD, SINGLE = (
+    Navigator(slalom.method(name).with_foresight("observed"), Disc(RADIUS), LIMITS, period=0.1, margin=MARGIN)
+    for name in ("nao_ahead", "nao")
 )
+ROBOT = LookAhead(AHEAD, time_horizon=12.0)
 
 
 def crowd(seed: int) -> list[Obstacle]:
@@ -51,14 +52,15 @@ def crowd(seed: int) -> list[Obstacle]:
 
 
 @cache
-def decided(seed: int) -> Decision:
-    return ROBOT.decide(STATE, crowd(seed), GOAL, now=NOW)
+def decided(seed: int, robot: LookAhead | Navigator = ROBOT) -> Decision:
+    return robot.decide(STATE, crowd(seed), GOAL, now=NOW)
 
 
+@pytest.mark.parametrize("robot", [ROBOT, SINGLE], ids=["nao_ahead", "nao"])
 @pytest.mark.parametrize("seed", draws(range(24), 8))
-def test_a_decision_keeps_clear_of_the_sets_that_it_states(seed):
+def test_a_decision_keeps_clear_of_the_sets_that_it_states(robot, seed):
     """Those of 0.95 as long as they grow, and those of 0.8, if it is safe; of its probability if it is LIKELY."""
-    found = decided(seed)
+    found = decided(seed, robot)
     if not (found.outcome.safe or found.outcome is Outcome.LIKELY):
         return
     until = found.arrival if isinstance(found, SequenceDecision) else NOW + ROBOT.navigator.horizon
@@ -73,17 +75,17 @@ def test_a_decision_keeps_clear_of_the_sets_that_it_states(seed):
             assert (distance > stated.radius(times - NOW, 2) - 1e-6)[then].all()
 
 
-@pytest.mark.parametrize(("gap", "outcome"), [(3.0, Outcome.SQUEEZED), (0.8, Outcome.LIKELY), (0.3, Outcome.DELAYED)])
-def test_a_robot_is_safe_only_where_the_whole_sets_leave_it_a_place(gap, outcome):
+@pytest.mark.parametrize("robot", [ROBOT, SINGLE], ids=["nao_ahead", "nao"])
+@pytest.mark.parametrize(("gap", "probability"), [(3.0, 1.0), (0.8, 0.5), (0.3, 0.0)])
+def test_a_robot_is_safe_only_where_the_whole_sets_leave_it_a_place(robot, gap, probability):
     """Ten walkers stand around it, as uneasy as they were so far."""
     rng, t, people = np.random.default_rng(0), np.arange(0.0, NOW + 0.05, 0.1), []
     for a in 2.0 * np.pi * np.arange(10) / 10:
         walk = rng.normal(0.0, 0.02, (len(t), 2)).cumsum(axis=0)
         place = (2.0 * RADIUS + gap) * np.array([np.cos(a), np.sin(a)])
         people.append(Obstacle(Disc(RADIUS), Sampled(t, walk - walk[-1] + place)))
-    found = ROBOT.decide(State((0.0, 0.0), (0.0, 0.0)), people, GOAL, now=NOW)
-    assert found.outcome is outcome
-    assert found.probability == {Outcome.SQUEEZED: 1.0, Outcome.LIKELY: 0.5, Outcome.DELAYED: 0.0}[outcome]
+    found = robot.decide(State((0.0, 0.0), (0.0, 0.0)), people, GOAL, now=NOW)
+    assert found.probability == probability
 
 
 @pytest.mark.parametrize("error", [BoundedError(0.0, 0.2), BoundedError(0.1, 0.5), BoundedError(0.0, 9.0)])

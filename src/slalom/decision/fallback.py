@@ -1,4 +1,4 @@
-"""What the policy leaves open: least impact, rest before a contact, the way out of an overlap, futures to give up."""
+"""What the policy leaves open: least impact, rest before a contact, the way out of an overlap, what to give up."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -19,8 +19,9 @@ from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.shape import Shape
 from slalom.model.state import State
+from slalom.model.uncertainty import Covering
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import SHALLOW_OVERLAP, ObstacleWindow
+from slalom.obstacle.window import SHALLOW_OVERLAP, ObstacleWindow, coverages, covering
 
 DEEPEST: Final = 1.0
 """[m] A robot that gets deeper than this into an obstacle within one period, whatever it does, does not avoid it.
@@ -281,3 +282,41 @@ def _stated(decision: D, level: Level) -> D:
     if level.probability == 0.0:
         return decision
     return replace(decision, outcome=Outcome.LIKELY, given_up=level.probability)
+
+
+# Sets of a forecast: how much of them a decision keeps.
+
+
+def among_sets(window: ObstacleWindow, robot: Settings, state: State, decide: Callable[[ObstacleWindow], D]) -> D:
+    """The decision among sets one size smaller than those that are stated; where none is safe, among smaller ones.
+
+    What later decisions can correct does not block now. See `stated`.
+    """
+    obstacles = window.obstacles
+    shares = coverages(obstacles)
+    for share in shares[1:] or shares:
+        among = window
+        if share < shares[0]:
+            among = ObstacleWindow(covering(obstacles, share), window.start, window.horizon, window.until)
+        decision = decide(among)
+        if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
+            break
+    return stated(decision, obstacles, share, robot, state, window.start)
+
+
+def stated(decision: D, obstacles: Sequence[Obstacle], share: float, robot: Settings, state: State, now: float) -> D:
+    """A decision that keeps sets of a `share` of the errors: LIKELY where it does not keep those of the obstacles.
+
+    These count as long as they grow.
+    """
+    if not decision.outcome.safe or share == coverages(obstacles)[0]:
+        return decision
+    grows = max(o.uncertainty.until for o in obstacles if isinstance(o.uncertainty, Covering))
+    motion, window = (
+        decision.manoeuvre.continuation(state, now),
+        ObstacleWindow(obstacles, now, min(grows, robot.horizon)),
+    )
+    blocked = ControlObstacle(motion, state, window, robot.robot)
+    if not blocked.overlaps and blocked.time_to_collision(np.zeros(state.dimension)) == np.inf:
+        return decision
+    return replace(decision, outcome=Outcome.LIKELY, given_up=1.0 - share)

@@ -35,6 +35,7 @@ from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
 from slalom.decision.decision import Decision, DecisionInputs, Outcome, completed, made, on_way_to, state_to_decide_from
 from slalom.decision.fallback import (
+    among_sets,
     escape_velocity,
     least_given_up,
     least_impact,
@@ -50,6 +51,7 @@ from slalom.decision.policy_tables import PolicyTables, Request, observed_robots
 from slalom.decision.settings import Settings
 from slalom.decision.steady_way import velocity_along
 from slalom.decision.tables import committed_path
+from slalom.forecast.forecast import FromModels
 from slalom.kernels.arrays import Flags
 from slalom.kernels.decision.tables import NO_CELLS
 from slalom.model.goal import Goal, refuse_goal
@@ -195,15 +197,11 @@ class Navigator(Settings):
             velocity = velocity_along(state, request.target, self.limits, now)
             if velocity is not None:
                 request = request._replace(robot=replace(robot, objective=FollowVelocity(velocity)))
-        if window.has_futures:
-            decision = least_given_up(
-                levels(window.obstacles),
-                lambda level: self._among_obstacles(window, request, level.given_up),
-                self.risk,
-                lambda one: time_of(one, robot, state, goal, now),
-            )
+        decide = self._giving_up if window.has_futures else self._among_obstacles
+        if isinstance(self.method.forecast, FromModels):
+            decision = among_sets(window, robot, state, lambda some: decide(some, request))
         else:
-            decision = self._among_obstacles(window, request)
+            decision = decide(window, request)
         inputs = DecisionInputs(robot, state, listed_obstacles, given, robots, now, budget, None)
         return completed(decision, inputs, previous, None if step is None else step.progress, limit)
 
@@ -226,6 +224,16 @@ class Navigator(Settings):
         )
         goal.note(now, state.position, step.progress, self.limits.max_speed)
         return step
+
+    def _giving_up(self, window: ObstacleWindow, request: Request) -> Decision:
+        """Decision that avoids all obstacles of the window but for the least probable futures."""
+        robot, state, goal, now = request.robot, request.state, request.goal, request.now
+        return least_given_up(
+            levels(window.obstacles),
+            lambda level: self._among_obstacles(window, request, level.given_up),
+            self.risk,
+            lambda one: time_of(one, robot, state, goal, now),
+        )
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
         """Decision that avoids all obstacles of the window without those given up (n,)."""

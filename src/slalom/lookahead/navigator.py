@@ -14,7 +14,7 @@ from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision import Decision
 from slalom.decision.decision import DecisionInputs, Outcome, completed, made, state_to_decide_from
 from slalom.decision.document import KINDS
-from slalom.decision.fallback import Level, least_given_up, levels, time_of
+from slalom.decision.fallback import Level, least_given_up, levels, stated, time_of
 from slalom.decision.navigator import Navigator, goal_or_place
 from slalom.forecast.forecast import EXACT, Known
 from slalom.forecast.from_models import FromModels
@@ -37,10 +37,18 @@ from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.model.trajectory.composite import part_until
 from slalom.model.trajectory.kinds import positions_of
-from slalom.model.uncertainty import COVERAGES, Covering
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import same_dimension
-from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, each_for_one, futures, listed
+from slalom.obstacle.window import (
+    Obstacles,
+    ObstacleWindow,
+    Reaction,
+    coverages,
+    covering,
+    each_for_one,
+    futures,
+    listed,
+)
 
 # Input and output of one decision of a robot that looks ahead.
 
@@ -75,14 +83,9 @@ class Scene(NamedTuple):
     previous: SequenceDecision | None  # `before`, if it is one
 
     @property
-    def coverage(self) -> float:
-        """Share of the errors of forecasts that the sets of the motions hold; 1 without sets."""
-        return min((o.uncertainty.coverage for o in self.motions if isinstance(o.uncertainty, Covering)), default=1.0)
-
-    @property
     def coverages(self) -> list[float]:
-        """The shares of the stated sets and of smaller ones, the largest first."""
-        return [share for share in COVERAGES[::-1] if share <= self.coverage < 1.0] or [1.0]
+        """The shares of the errors that the sets of the motions hold, and smaller ones, see `window.coverages`."""
+        return coverages(self.motions)
 
     def less(self) -> "Scene":
         """The scene with the next smaller sets, which later decisions keep; the same without."""
@@ -90,11 +93,11 @@ class Scene(NamedTuple):
 
     def covering(self, share: float) -> "Scene":
         """The scene with sets that hold another share of the errors; the same where they do, and without sets."""
-        if self.coverage in (share, 1.0):
-            return self
-        sets = [o.uncertainty for o in self.motions]
-        less = [replace(each, coverage=share) if isinstance(each, Covering) else each for each in sets]
-        return self._among([replace(one, uncertainty=each) for one, each in zip(self.motions, less, strict=True)])
+        return self if self.coverages[0] in (share, 1.0) else self._among(covering(self.motions, share))
+
+    def stated(self, decision: Decision, share: float) -> Decision:
+        """A decision that keeps sets of a `share` of the errors, see `fallback.stated`."""
+        return stated(decision, self.motions, share, self.navigator, self.state, self.now)
 
     def without(self, given_up: Flags) -> "Scene":
         """The scene without some of the motions (n,); the same without none."""
@@ -193,30 +196,14 @@ def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
         found = _sequence_in(scene, Work(budget, improving), MARGIN_SHARES[:1])
         if found is not None and found.arrival < np.inf:
             return found
-    decision = stated(scene, _least_given_up(less, given, Work(budget, improving)), less.coverage)
+    decision = scene.stated(_least_given_up(less, given, Work(budget, improving)), less.coverages[0])
     likely = scene.without(given[-1].given_up) if given else scene
     for share in scene.coverages:
         if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
             break
-        if share < less.coverage:
-            decision = stated(likely, _plan_in(likely.covering(share), Work(budget, improving)), share)
+        if share < less.coverages[0]:
+            decision = likely.stated(_plan_in(likely.covering(share), Work(budget, improving)), share)
     return decision
-
-
-def stated(scene: Scene, decision: Decision, share: float) -> Decision:
-    """A decision that keeps sets of a `share` of the errors: LIKELY where it does not keep those that are stated."""
-    if not decision.outcome.safe or share == scene.coverage or avoids(scene, decision):
-        return decision
-    return replace(decision, outcome=Outcome.LIKELY, given_up=1.0 - share)
-
-
-def avoids(scene: Scene, decision: Decision) -> bool:
-    """Whether a manoeuvre is collision-free among the motions of a scene, as long as their sets grow."""
-    grows = max(o.uncertainty.until for o in scene.motions if isinstance(o.uncertainty, Covering))
-    window = ObstacleWindow(scene.motions, scene.now, min(grows, scene.navigator.horizon))
-    motion = decision.manoeuvre.continuation(scene.state, scene.now)
-    blocked = ControlObstacle(motion, scene.state, window, scene.navigator.robot)
-    return not blocked.overlaps and blocked.time_to_collision(np.zeros(scene.state.dimension)) == np.inf
 
 
 def _least_given_up(scene: Scene, given: list[Level], work: Work) -> Decision:
@@ -437,7 +424,7 @@ class LookAhead:
         less = scene.less()
         kept = None if there else self._keep_or_improve(scene, less)
         planned = kept or (
-            stated(scene, alone(less), less.coverage)
+            scene.stated(alone(less), less.coverages[0])
             if there
             else new_plan(scene, self.budget, self.improvement_budget)
         )
@@ -447,7 +434,7 @@ class LookAhead:
         if not isinstance(planned, SequenceDecision):
             return replace(planned, record=record)
         if not rests_clear(less, planned.arrival):
-            return replace(stated(scene, alone(less), less.coverage), record=record)
+            return replace(scene.stated(alone(less), less.coverages[0]), record=record)
         inputs = DecisionInputs(self.navigator, state, obstacles, goal, None, now, None, None)
         return replace(completed(planned, inputs, previous, None, np.inf), record=record)
 
@@ -516,7 +503,7 @@ class LookAhead:
         if improved.complete and improved.arrival <= self._worth_changing(previous, now):
             return sequence_decision(scene, improved, self._outcome(scene, improved))
         kept = replace(previous, outcome=Outcome.KEPT, better=improved if same else None, given_up=0.0)
-        return stated(scene, kept, less.coverage)
+        return scene.stated(kept, less.coverages[0])
 
     def _worth_changing(self, previous: SequenceDecision, now: float) -> float:
         """The latest arrival [s] for which the previous sequence is given up."""

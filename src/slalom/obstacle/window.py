@@ -137,6 +137,23 @@ def _rests(trajectory: Trajectory, now: float) -> bool:
     return bool(np.linalg.norm(trajectory.velocity(now)) <= REST) and not np.any(trajectory.acceleration(now))
 
 
+def coverages(obstacles: Sequence[Obstacle]) -> list[float]:
+    """Shares of the errors of forecasts that the sets of obstacles hold, as stated and less, the largest first.
+
+    [1] without sets.
+    """
+    stated = min((o.uncertainty.coverage for o in obstacles if isinstance(o.uncertainty, Covering)), default=1.0)
+    return [share for share in COVERAGES[::-1] if share <= stated < 1.0] or [1.0]
+
+
+def covering(obstacles: Sequence[Obstacle], share: float) -> list[Obstacle]:
+    """The obstacles with sets that hold another share of the errors; those without sets as they are."""
+    return [
+        replace(o, uncertainty=replace(o.uncertainty, coverage=share)) if isinstance(o.uncertainty, Covering) else o
+        for o in obstacles
+    ]
+
+
 class Source(Protocol):
     """Obstacles that come together."""
 
