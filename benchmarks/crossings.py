@@ -15,14 +15,19 @@ All parameters follow from the limits alone. Let v be the maximum speed and a th
 decides every v / (10 a), a tenth of the time from rest to maximum speed. The simulation takes five steps in that time.
 The margin is 5 mm where the future is known and 0.1 m where it is predicted.
 
-`--settings` are those of `slalom.FromModels`. `--outcomes` adds a column to a table with a line for each task: safe,
-collided or late. `--leave-out` chooses among the columns, for each recording from the tasks of all others: the fewest
-collided, then the most safe, then the first. It prints what the choice has on the recordings left out.
+`--method` may be one of other authors with its parameters, as `mppi:samples=512:horizon=4r`: a number of rises, the
+time from rest to maximum speed. It observes the present positions and velocities. Tasks in space are left out for
+methods of the plane. `--settings` are those of `slalom.FromModels`.
+
+`--outcomes` adds a column to a table with a line for each task: safe, collided or late. `--leave-out` chooses among the
+columns, for each recording from the tasks of all others: the fewest collided, then the most safe, then the first. It
+prints what the choice has on the recordings left out.
 """
 
 import argparse
 import csv
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -39,6 +44,7 @@ from rich.progress import track
 from slalom import FORESIGHTS, Ball, Disc, FromModels, Goal, Limits, Method, Obstacle, State, Stationary, method
 from slalom.io.formats import read_recording
 from slalom.io.recorded import Agent, RecordedTracks
+from slalom.peers import Peer, contender
 from slalom.sim import Recording, Robot, Scenario, simulate
 from slalom.sim.measure.metrics import summary
 
@@ -67,16 +73,20 @@ def main() -> None:
         return
     if arguments.data is None:
         parser.error("expected DATA_DIR or --leave-out TABLE.csv")
-    chosen = method(arguments.method).with_foresight(arguments.foresight)
+    chosen: Method | str = arguments.method
+    if isinstance(contender(arguments.method.split(":")[0]), Method):
+        chosen = method(arguments.method).with_foresight(arguments.foresight)
     if arguments.settings:
         settings = {key: json.loads(value) for key, value in (one.split("=") for one in arguments.settings)}
         chosen = replace(chosen, forecast=FromModels(**settings))
     recordings = json.loads((arguments.data / "tasks.json").read_text())
     work = [(name, entry, task) for name, entry in recordings.items() for task in entry["tasks"][: arguments.take]]
+    if isinstance(chosen, str):
+        work = [(name, entry, task) for name, entry, task in work if len(task["start"]) == 2]
     runs = Parallel(n_jobs=arguments.jobs, return_as="generator")(
         delayed(crossed)(arguments.data, entry, task, chosen) for _, entry, task in work
     )
-    about = {"method": chosen.name, "margins": MARGINS, "decisions": DECISIONS, "steps": STEPS, **describe()}
+    about = {"method": arguments.method, "margins": MARGINS, "decisions": DECISIONS, "steps": STEPS, **describe()}
     results: dict[str, list[dict[str, Any]]] = {}
     paths: dict[str, Any] = {}
     facts: list[dict[str, Any]] = []
@@ -93,10 +103,16 @@ def main() -> None:
         add_outcomes(arguments.outcomes, arguments.column, results)
 
 
-def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> dict[str, Any]:
+def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], given: Method | str) -> dict[str, Any]:
     """One task: the samples for the judge, and the result of the run."""
     before = perf_counter()
+    chosen = given if isinstance(given, Method) else peer(given, entry["vmax"] / entry["amax"])
     scenario = crossing(read_recording(folder / entry["file"], interpolation="linear"), entry, task, chosen)
+    if isinstance(chosen, Peer):
+        # Crowds of others hold all agents of a scenario, also those that leave before it or come after it.
+        there = [o for o in scenario.obstacles if o.trajectory.span[1] >= scenario.start]
+        there = [o for o in there if o.trajectory.span[0] <= scenario.start + scenario.duration]
+        scenario = replace(scenario, obstacles=tuple(there))
     loading = perf_counter() - before
     # Compiled code is loaded before decisions are timed.
     simulate(scenario.with_settings({"duration": scenario.dt * STEPS}), chosen)
@@ -121,7 +137,12 @@ def crossed(folder: Path, entry: dict[str, Any], task: dict[str, Any], chosen: M
     }
 
 
-def crossing(tracks: RecordedTracks, entry: dict[str, Any], task: dict[str, Any], chosen: Method) -> Scenario:
+def peer(spec: str, rise: float) -> Method | Peer:
+    """A method of other authors, whose times in rises [s] are written as `4r`."""
+    return contender(re.sub(r"=([0-9.]+)r", lambda found: f"={float(found[1]) * rise:.4g}", spec))
+
+
+def crossing(tracks: RecordedTracks, entry: dict[str, Any], task: dict[str, Any], chosen: Method | Peer) -> Scenario:
     """The scenario of a task."""
     first, flat = task.get("first_agent_id"), len(task["start"]) == 2
     body = Disc if flat else Ball
@@ -143,7 +164,7 @@ def crossing(tracks: RecordedTracks, entry: dict[str, Any], task: dict[str, Any]
         dt=rise / DECISIONS / STEPS,
         replan=rise / DECISIONS,
         horizon=min(6.0 * rise, task["horizon"]),
-        margin=MARGINS[chosen.foresight],
+        margin=MARGINS[chosen.foresight if isinstance(chosen, Method) else "observed"],
     )
 
 

@@ -484,6 +484,7 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     ),
     r"occlusion: expected 0, 1 or 2, found 3": lambda _: SCENE.with_settings({"occlusion": 3.0}),
     r"sight_range: expected one above 0": lambda _: SCENE.with_settings(PASSIVE | {"sight_range": 0.0}),
+    r"hidden_speed: expected a speed \[m/s\] with an entry time, found None": lambda _: Sight(entry_time=2.0),
     r"passive_safety: expected 1 or 2 with": lambda _: SCENE.with_settings({"hidden_speed": 1.0}),
     r"hidden_speed: expected a speed \[m/s\] with passive_safety, found none": lambda _: SCENE.with_settings(
         {"sight_range": 5.0, "passive_safety": 1.0}

@@ -18,6 +18,7 @@ sight_near: 1
 occlusion: 2
 hidden_speed: 1.2
 passive_safety: 1
+entry_time: 2
 holds: [0.5, 1]
 robot:
   position: [0, 0]

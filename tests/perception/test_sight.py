@@ -21,6 +21,7 @@ from slalom import (
     ObstacleWindow,
     Outcome,
     Polygon,
+    Risk,
     Sight,
     State,
     Stationary,
@@ -272,6 +273,74 @@ def test_the_compiled_choice_is_that_of_control_obstacles():
         assert decision.safe == (not blocked.contains(decision.manoeuvre.control))
 
 
+@pytest.mark.parametrize(("hidden", "braking", "reach"), [(1.4, 1.0, 2.0), (0.8, 2.0, 3.0), (0.0, 1.0, 1.0)])
+def test_a_robot_at_the_edge_of_its_sight_is_no_faster_than_it_can_rest_in_time(hidden, braking, reach):
+    """With the period e, the braking b, the hidden speed V and the distance d: v e + v^2 / 2 b + V (e + v / b) <= d."""
+    robot, period = Navigator(method("nao").stopping(), Disc(0.3), Limits(3.0, braking)), 0.1
+    sight, state, seen, decision = Sight(reach, hidden_speed=hidden), State((0.0, 0.0), (0.0, 0.0)), None, None
+    fastest, sure = 0.0, hidden + braking * period
+    for k in range(40):
+        seen = sight.look(state, [], period * k, seen)
+        goal = Goal(Stationary((40.0, 0.0)))
+        decision = robot.decide(state, seen.obstacles, goal, now=period * k, previous=decision)
+        state = decision.manoeuvre.advance(period * (k + 1) - decision.manoeuvre.start)
+        fastest = max(fastest, math.hypot(*state.velocity))
+    allowed = -sure + math.sqrt(sure**2 + 2.0 * braking * (reach - 0.3 - hidden * period))
+    assert 0.4 * allowed < fastest <= allowed
+
+
+CORNER = [
+    Obstacle(Polygon([(x, y), (x + 12.8, y), (x + 12.8, y + h), (x, y + h)]), Stationary((0.0, 0.0)))
+    for x, y, h in ((-14.0, 1.2, 12.8), (1.2, 1.2, 12.8), (-14.0, -3.0, 1.8), (1.2, -3.0, 1.8), (-2.0, -3.0, 1.8))
+]
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_entries_are_counted_once_and_state_how_probable_the_next_one_is(broken):
+    """Of agents that cross the way at random times; also where the name of a track changes in sight."""
+    rng, sight, seen, length = np.random.default_rng(3), Sight(6.0, hidden_speed=1.5, entry_time=2.0), None, 0.0
+    starts = np.cumsum(rng.uniform(1.0, 4.0, 12))
+    state, watched = State((-3.0, 0.0), (0.0, 0.0)), 0.0
+    for now in np.arange(0.0, 40.0, 0.2):
+        watched += 0.2 * length
+        people = [
+            Obstacle(
+                Disc(0.3), ConstantVelocity((0.0, 6.0), (0.0, -1.0), start), f"{k} {broken and int(now - start) // 2}"
+            )
+            for k, start in enumerate(starts.tolist())
+            if 0.0 <= now - start < 12.0
+        ]
+        seen = sight.look(state, [*CORNER[:4], *people], float(now), seen)
+        length = seen.frontier.length
+    assert seen.entries == len(starts)
+    assert seen.watched == pytest.approx(watched)
+    for one in seen.hidden:
+        edge = shapely.LineString(one.shape.points).length
+        assert one.probability == pytest.approx(1.0 - math.exp(-2.0 * 13.0 / watched * edge))
+
+
+def test_a_robot_that_accepts_a_risk_passes_a_quiet_corner_sooner_than_a_busy_one():
+    def passed(entry_time: float | None, every: float) -> float:
+        sight, robot = Sight(8.0, hidden_speed=1.5, entry_time=entry_time), method("nao").stopping()
+        navigator = Navigator(robot, Disc(0.3), Limits(1.5, 1.0), risk=Risk(0.5, 0.3))
+        state, seen, decision, k = State((-9.0, 0.0), (0.0, 0.0)), None, None, 0
+        people = [
+            Obstacle(Disc(0.3), ConstantVelocity((0.6, 3.0 + every * n), (0.0, -1.2)), f"person {n}")
+            for n in range(1, 12 if every < np.inf else 1)
+        ]
+        while state.position[0] < 0.0 and k < 200:
+            seen = sight.look(state, [*CORNER, *people], 0.1 * k, seen)
+            goal = Goal(Stationary((9.0, 0.0)))
+            decision = navigator.decide(state, seen.obstacles, goal, now=0.1 * k, previous=decision)
+            k += 1
+            state = decision.manoeuvre.advance(0.1 * k - decision.manoeuvre.start)
+        return 0.1 * k
+
+    quiet, certain, busy = passed(2.0, np.inf), passed(None, np.inf), passed(2.0, 2.4)
+    assert quiet + 1.0 < certain
+    assert quiet + 1.0 < busy
+
+
 def contact_speeds(run: Recording, scenario: Scenario) -> list[float]:
     """Speed [m/s] of the robot at its first contact with each obstacle that it touches, sampled ten times a step."""
     found, times = [], run.times
@@ -334,7 +403,9 @@ def test_scenario_files_hold_sight(tmp_path):
 @pytest.mark.parametrize("reach", [3.0, math.inf])
 @pytest.mark.parametrize("turn", [2.0, FULL_TURN])
 @pytest.mark.parametrize("occlusion", OCCLUSIONS)
-@pytest.mark.parametrize("passive", [{}, {"hidden_speed": 1.2}, {"hidden_speed": 0.0, "any_motion": True}])
+@pytest.mark.parametrize(
+    "passive", [{}, {"hidden_speed": 1.2, "entry_time": 2.0}, {"hidden_speed": 0.0, "any_motion": True}]
+)
 def test_settings_stand_for_a_sight(reach, turn, occlusion, passive):
     """Numbers give the sight of which they are; without a limit there is none."""
     if reach == math.inf and passive:

@@ -88,6 +88,7 @@ def test_everything_is_read(tmp_path: Path) -> None:
         "occlusion": 2.0,
         "hidden_speed": 1.2,
         "passive_safety": 1.0,
+        "entry_time": 2.0,
     }
     assert (scenario.name, scenario.holds) == ("everything", (0.5, 1.0))
     robot = scenario.robot
@@ -245,7 +246,7 @@ IN_ROBOT = (
 AT_TOP = (
     "name, robot, areas, flows, robots, obstacles, recording, walls, walls_unit, start, duration, dt, replan, horizon, "
     "margin, patience, holds, guided, "
-    "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety"
+    "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, entry_time"
 )
 IN_RECORDING = (
     "file, format, radius, agents, without, window, interpolation, gap, jump_speed, frame_rate, unit, time_unit, "

@@ -88,6 +88,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "occlusion": "1: obstacles at rest occlude others, 2: all obstacles do, 0: none does",
         "hidden_speed": "[m/s] largest speed of hidden agents, with passive_safety",
         "passive_safety": "1: hidden agents touch the robot at rest only, 2: visible ones as well, 0: neither",
+        "entry_time": "[s] within which hidden agents enter with a learned probability; 0: they are certain",
     },
     "CasesSpec": {"cases": "keys of the scenario that differ; the seed is the number of the case, from 0"},
     "RobotSpec": {**ROBOT_KEYS, "position": "[m] at the start", "goal": "keys of a goal"},

@@ -1,8 +1,9 @@
 """Limited sight: what a robot sees of the plane, and where hidden agents may come from."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from math import hypot, inf, pi
+from math import expm1, hypot, inf, pi
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
@@ -72,6 +73,9 @@ class Visibility:
             None without a hidden speed.
         frontier: lines through which hidden agents can enter `clear`. None without a hidden speed.
         hidden: the obstacles that stand for them. Contact with a robot at rest does not count (passive safety).
+        entries: number of agents that came into view so far, but for those at the first look.
+        watched: [m s] length of the frontier, times the time for which it was one.
+        agents: of each that is in view, or was within `Sight.entry_time`: when it was last, and its body.
     """
 
     time: float
@@ -84,6 +88,14 @@ class Visibility:
     clear: Any = None
     frontier: Any = None
     hidden: tuple[Obstacle, ...] = ()
+    entries: int = 0
+    watched: float = 0.0
+    agents: Mapping[str, tuple[float, Any]] = field(default_factory=dict)
+
+    @property
+    def entry_rate(self) -> float:
+        """Entries [1/(m s)] per length and time of the frontier: one more than there were, so never 0."""
+        return (self.entries + 1) / self.watched if self.watched else inf
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -108,9 +120,12 @@ class Sight:
             manoeuvre that ends at rest before anything hidden can reach it (passive safety: Macek, Vasquez, Fraichard
             and Siegwart, 2008; Bouraine, Fraichard and Salhi, Autonomous Robots 32, 2012).
         any_motion: whether seen agents, too, may move in any way at up to the hidden speed. False: as predicted.
+        entry_time: [s] Of hidden obstacles: their probability is that of an entry within this time, at the rate of the
+            agents that entered so far. `Risk` says which of them a robot passes. One that appears where another was
+            lost, not longer ago, is no entry. None: an entry is certain.
 
     Raises:
-        InvalidInput: a value out of its range; a hidden speed with an infinite range.
+        InvalidInput: a value out of its range; a hidden speed with an infinite range; an entry time without one.
     """
 
     range: float = 10.0
@@ -119,6 +134,7 @@ class Sight:
     occlusion: Literal["none", "walls", "all"] = "walls"
     hidden_speed: Annotated[float | None, not_negative] = None
     any_motion: bool = False
+    entry_time: Annotated[float | None, positive] = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "range", or_infinite(self.range, "range", positive))
@@ -129,6 +145,8 @@ class Sight:
         object.__setattr__(self, "any_motion", flag(self.any_motion, "any_motion"))
         if self.hidden_speed is not None and self.range == inf:
             raise InvalidInput("range: expected a finite one with a hidden speed, found inf")
+        if self.entry_time is not None and self.hidden_speed is None:
+            raise InvalidInput("hidden_speed: expected a speed [m/s] with an entry time, found None")
 
     def look(
         self, state: State, obstacles: Obstacles, now: float = 0.0, previous: Visibility | None = None
@@ -170,8 +188,9 @@ class Sight:
         if self.occlusion == "all":
             region = region.difference(shapely.union_all(shadows))
         seen = tuple(o for k, o in enumerate(given) if visible[k] or o.at_rest)
-        shown = shapely.union_all([body for k, body in zip(numbers, bodies) if visible[k]])
-        found = Visibility(now, state.position, heading, visible, seen, region, shown)
+        agents = {given[k].name or f"obstacle {k}": (now, body) for k, body in zip(numbers, bodies) if visible[k]}
+        shown = shapely.union_all([body for _, body in agents.values()])
+        found = Visibility(now, state.position, heading, visible, seen, region, shown, agents=agents)
         if self.hidden_speed is None:
             return found
         if self.occlusion == "all":
@@ -217,6 +236,7 @@ class Sight:
         assert self.hidden_speed is not None
         clear = found.region
         if previous is not None and previous.clear is not None:
+            found = self._counted(found, previous)
             reach = self.hidden_speed * (found.time - previous.time) * CIRCUMSCRIBED + SIGHT_ERROR
             # What was seen before, and is not now, may be anywhere near; hidden agents have come as far.
             lost = shapely.union_all([previous.frontier, previous.bodies]).buffer(reach, SIGHT_LINES)
@@ -226,10 +246,32 @@ class Sight:
         clear = parts[int(np.argmin(shapely.distance(parts, sensor)))] if len(parts) else shapely.Polygon()
         frontier = clear.boundary.difference(seam)
         growth = BoundedError(SIGHT_ERROR, self.hidden_speed)
-        hidden = [_edge(line, growth) for line in _lines(frontier)]
+        rate = inf if self.entry_time is None else self.entry_time * found.entry_rate
+        hidden = [_edge(line, growth, rate, k) for k, line in enumerate(_lines(frontier))]
         if self.any_motion:
             hidden += [_anywhere(o.known_at(found.time), found.time, growth) for o in found.seen if not o.at_rest]
         return replace(found, clear=clear, frontier=frontier, hidden=tuple(hidden))
+
+    def _counted(self, found: Visibility, previous: Visibility) -> Visibility:
+        """The visibility with the entries since the previous look, and how long its frontier was watched."""
+        assert self.hidden_speed is not None
+        now, since = found.time, self.entry_time or 0.0
+        lost = {
+            name: one for name, one in previous.agents.items() if name not in found.agents and one[0] >= now - since
+        }
+        entries, agents = previous.entries, {**lost, **found.agents}
+        for name in (name for name in found.agents if name not in previous.agents):
+            body = found.agents[name][1]
+            apart = {n: was.distance(body) for n, (t, was) in lost.items()}
+            reached = [n for n in lost if apart[n] <= self.hidden_speed * (now - lost[n][0]) + SIGHT_ERROR]
+            if not reached:
+                entries += 1
+            else:
+                # One that was lost is found again once.
+                nearest = min(reached, key=lambda n: apart[n])
+                del lost[nearest], agents[nearest]
+        watched = previous.watched + previous.frontier.length * (now - previous.time)
+        return replace(found, entries=entries, watched=watched, agents=agents)
 
 
 def _heading(state: State, previous: Visibility | None) -> float:
@@ -290,11 +332,12 @@ def _lines(frontier: Any) -> list[Array]:
     return [shapely.get_coordinates(line) for line in lines if line.length > SIGHT_ERROR]
 
 
-def _edge(points: Array, growth: BoundedError) -> Obstacle:
-    """Obstacle for hidden agents that enter through a line (k, 2) [m]."""
+def _edge(points: Array, growth: BoundedError, rate: float, number: int) -> Obstacle:
+    """Obstacle for hidden agents that enter through a line (k, 2) [m], of which `rate` [1/m] come within the time."""
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    line = Polyline(points - middle)
-    return Obstacle(line, Stationary(middle), "hidden", uncertainty=growth, contact_at_rest=False)
+    line, length = Polyline(points - middle), float(np.hypot(*np.diff(points, axis=0).T).sum())
+    entered = Obstacle(line, Stationary(middle), "hidden", uncertainty=growth, contact_at_rest=False)
+    return entered if rate == inf else replace(entered, probability=-expm1(-rate * length), owner=f"hidden {number}")
 
 
 def _anywhere(obstacle: Obstacle, now: float, growth: BoundedError) -> Obstacle:

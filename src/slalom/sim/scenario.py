@@ -48,7 +48,9 @@ from slalom.sim.shape_distance import clearances
 # Settings as numbers, for `--set`, studies and files: limited sight and flags in a scenario stand for some of them.
 
 
-SIGHT: Final = ("sight_range", "field_of_view", "sight_near", "occlusion", "hidden_speed", "passive_safety")
+SIGHT: Final = (
+    *("sight_range", "field_of_view", "sight_near", "occlusion", "hidden_speed", "passive_safety", "entry_time"),
+)
 """Settings of scenarios that limit sight."""
 SETTINGS: Final = (
     *("start", "duration", "dt", "replan", *NUMBERS, "guided", "early"),
@@ -74,8 +76,9 @@ def sight_of(settings: Mapping[str, float]) -> Sight | None:
     passive = settings["passive_safety"]
     if passive and not settings["sight_range"]:
         raise InvalidInput("sight_range: expected one above 0 with passive_safety, found 0")
-    if settings["hidden_speed"] and not passive:
-        raise InvalidInput("passive_safety: expected 1 or 2 with hidden_speed, found 0")
+    for name in ("hidden_speed", "entry_time"):
+        if settings[name] and not passive:
+            raise InvalidInput(f"passive_safety: expected 1 or 2 with {name}, found 0")
     if not any(settings[name] for name in ("sight_range", "field_of_view", "occlusion")):
         return None
     return Sight(
@@ -85,6 +88,7 @@ def sight_of(settings: Mapping[str, float]) -> Sight | None:
         OCCLUSIONS[int(settings["occlusion"])],
         settings["hidden_speed"] if passive else None,
         passive == 2.0,
+        settings["entry_time"] or None,
     )
 
 
@@ -100,6 +104,7 @@ def numbers_of(sight: Sight | None) -> dict[str, float]:
         float(OCCLUSIONS.index(sight.occlusion)),
         sight.hidden_speed or 0.0,
         passive,
+        sight.entry_time or 0.0,
     )
     return dict(zip(SIGHT, values, strict=True))
 
@@ -121,7 +126,7 @@ def from_numbers(settings: Mapping[str, float], sight: Sight | None = None) -> d
         if limits.get("passive_safety") and not known_speed:
             raise InvalidInput("hidden_speed: expected a speed [m/s] with passive_safety, found none")
         if limits.get("passive_safety") == 0.0:
-            limits = {"hidden_speed": 0.0, **limits}
+            limits = {"hidden_speed": 0.0, "entry_time": 0.0, **limits}
         found["sight"] = sight_of(numbers_of(sight) | limits)
     return found
 

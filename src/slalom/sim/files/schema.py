@@ -604,6 +604,7 @@ class ScenarioSpec(_Decided):  # type: ignore[misc]  # derived
     occlusion: NotNegative = 0.0
     hidden_speed: NotNegative = 0.0
     passive_safety: NotNegative = 0.0
+    entry_time: NotNegative = 0.0
 
 
 class CasesSpec(Model):
