@@ -12,7 +12,9 @@ from slalom import (
     BoundedError,
     Decision,
     Disc,
+    GaussianError,
     Goal,
+    KalmanError,
     Limits,
     LookAhead,
     Navigator,
@@ -24,6 +26,7 @@ from slalom import (
 )
 from slalom.forecast.from_models import FromModels
 from slalom.lookahead.navigator import SequenceDecision
+from slalom.model.uncertainty import Aged, GrowsUntil
 from slalom.obstacle.window import Reaction, futures
 from slalom.sim.explanation import explanation
 
@@ -135,6 +138,42 @@ def test_a_decision_names_the_obstacle_that_it_most_likely_touches(seed):
     assert alone.contact.probability < found.contact.probability
     assert found.as_dict()["contact"] == found.contact._asdict()
     assert found.contact.obstacle in " ".join(explanation(found)["sentences"])
+
+
+@pytest.mark.parametrize(
+    "error",
+    [GaussianError(0.05, 0.1), KalmanError(0.05, 0.1, probability=0.1), Aged(GaussianError(0.05, 0.1), 0.0)],
+    ids=["gaussian", "kalman", "aged"],
+)
+def test_errors_of_observed_tracks_give_the_probability_of_a_contact_too(error):
+    """From the set of 0.5, whose radius is the median of the distances of a Gaussian; not from what is bounded."""
+    places, velocities = [(2.0, 1.5), (3.0, -2.0)], [(0.0, -0.5), (0.0, 0.4)]
+    robot = replace(SINGLE, method=slalom.method("nao"))
+    for stated in (error, GrowsUntil(error, 0.5)):
+        tracks = slalom.Tracks(places, velocities, RADIUS, NOW, ids=("a", "b"), uncertainty=stated)
+        found = robot.decide(STATE, tracks, GOAL, now=NOW)
+        times = np.linspace(0.0, found.contact.seconds, 500)
+        path, left = found.manoeuvre.position(NOW + times), {}
+        for name, place, velocity in zip("ab", np.array(places), np.array(velocities), strict=True):
+            away = np.linalg.norm(place + times[:, None] * velocity - path, axis=1) - 2.0 * RADIUS
+            left[name] = (away - replace(GaussianError(0.05, 0.1), probability=0.5).radius(times, 2)).min()
+        if not isinstance(error, KalmanError):
+            assert left[found.contact.obstacle] == min(left.values())
+        assert 0.0 < found.contact.probability < 1.0
+    bounded = slalom.Tracks(places, velocities, RADIUS, NOW, uncertainty=BoundedError(0.1))
+    assert robot.decide(STATE, bounded, GOAL, now=NOW).contact is None
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.9])
+def test_a_robot_takes_calibrated_errors_as_sets(confidence):
+    """Also of a confidence that is none of the usual shares: those below it count where it leaves no arrival."""
+    calibration = slalom.Calibration(confidence)
+    for k in range(40):
+        calibration.observe(slalom.Tracks([(0.1 * k, np.sin(k))], [(1.0, np.cos(k))], RADIUS, 0.1 * k))
+    given = [replace(one, uncertainty=calibration.error) for one in crowd(0)]
+    found = ROBOT.decide(STATE, given, GOAL, now=NOW)
+    assert found.probability in (0.0, 0.5, 0.8, confidence, 1.0)
+    assert found.contact is not None
 
 
 def test_no_contact_is_stated_where_futures_are_known():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from slalom import AtConstantTurn, AtConstantVelocity, BoundedError, Calibration, Tracks
-from slalom.model.uncertainty import Covering
+from slalom.model.uncertainty import COVERAGES, Covering, set_of
 
 RADII = st.lists(st.floats(0.0, 50.0), min_size=2, max_size=6)
 
@@ -43,6 +43,9 @@ def test_the_radius_is_the_quantile_of_normal_errors() -> None:
     expected = 0.25 * 0.1 * np.sqrt(-2.0 * np.log(0.1))
     # Positions of an observed track are predicted with the velocity of the step, which changes at its beginning.
     assert calibration.radii()[0] == pytest.approx(expected, rel=0.1)
+    for share in COVERAGES:
+        held = set_of(calibration.error, share).radius(0.25, 2)
+        assert held == pytest.approx(0.025 * np.sqrt(-2.0 * np.log(1.0 - share)), rel=0.1)
 
 
 def test_the_prior_holds_until_errors_are_known() -> None:

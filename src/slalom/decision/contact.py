@@ -1,6 +1,5 @@
-"""How probable a contact is after a decision among obstacles whose forecast has sets."""
+"""How probable a contact is after a decision among obstacles whose errors have sets, see `set_of`."""
 
-from dataclasses import replace
 from math import exp
 from typing import Any, Final, NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from slalom.base.checks import Array
 from slalom.forecast.from_models import ERROR_TIMES
-from slalom.model.uncertainty import COVERAGES, Covering, Uncertainty
+from slalom.model.uncertainty import COVERAGES, Uncertainty, set_of
 from slalom.obstacle import Obstacle
 from slalom.obstacle.window import ObstacleWindow
 
@@ -33,27 +32,22 @@ def contact_of(decision: Any, window: ObstacleWindow) -> Contact | None:
 
     The least distance of the manoeuvre from a set of 0.5 gives it, see CONTACT_ODDS. Bodies count as round.
     """
-    made, sets = decision.inputs, [one for one in window.obstacles if _has_set(one.uncertainty)]
+    made, half = decision.inputs, COVERAGES[0]
+    sets = [(one, error) for one in window.obstacles if (error := set_of(one.uncertainty, half)) is not None]
     if not sets:
         return None
     limits, radius = made.navigator.limits, made.navigator.robot.bounding_radius
     seconds = ERROR_TIMES[-1] * limits.max_speed / limits.max_acceleration
     times = np.linspace(0.0, seconds, CONTACT_SAMPLES)
     path = decision.manoeuvre.position(made.now + times)
-    left = [_distance(one, path, times, made.now) - radius for one in sets]
+    left = [_distance(one, error, path, times, made.now) - radius for one, error in sets]
     nearest, (begin, power) = int(np.argmin(left)), CONTACT_ODDS
     way = limits.max_speed**2 / limits.max_acceleration
     odds = begin * exp(-power * max(left[nearest] / way, -1.0))
-    return Contact(odds / (1.0 + odds), seconds, sets[nearest].name)
+    return Contact(odds / (1.0 + odds), seconds, sets[nearest][0].name)
 
 
-def _has_set(error: Uncertainty | None) -> bool:
-    return isinstance(error, Covering) and error.sets[0][0] == COVERAGES[0]
-
-
-def _distance(one: Obstacle, path: Array, times: Array, now: float) -> float:
-    """The least distance [m] of a path (n, d) from the set of 0.5 of an obstacle at times (n,) [s] after `now` [s]."""
-    error: Any = one.uncertainty
-    radii = replace(error, coverage=COVERAGES[0], until=np.inf).radius(times, one.dimension)
+def _distance(one: Obstacle, error: Uncertainty, path: Array, times: Array, now: float) -> float:
+    """The least distance [m] of a path (n, d) from an obstacle with an error at times (n,) [s] after `now` [s]."""
     away = np.linalg.norm(path - one.trajectory.position(now + times), axis=1)
-    return float((away - radii).min()) - one.shape.bounding_radius
+    return float((away - error.radius(times, one.dimension)).min()) - one.shape.bounding_radius

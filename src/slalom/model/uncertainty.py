@@ -1,7 +1,7 @@
 """Bounds on the distance of an obstacle from its predicted position: a radius that grows with the prediction time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import erf, exp, log, pi, sqrt
 from typing import Final, Protocol, runtime_checkable
@@ -169,6 +169,18 @@ class Covering(CheckedFields):
         time = np.minimum(np.asarray(t, dtype=np.float64), self.until)
         radii = _curve(dict(self.sets)[self.coverage], self.times, time.tobytes())
         return np.asarray(self.scale * radii.reshape(time.shape))
+
+
+def set_of(error: Uncertainty | None, share: float) -> Uncertainty | None:
+    """The error whose radius is stated to hold a `share` of errors, and grows without end; None without that set."""
+    if isinstance(error, Covering):
+        return replace(error, coverage=share, until=np.inf) if share in dict(error.sets) else None
+    if isinstance(error, GaussianError | KalmanError):
+        return replace(error, probability=1.0 - share)
+    if isinstance(error, GrowsUntil):
+        return set_of(error.of, share)
+    inner = set_of(error.of, share) if isinstance(error, Aged) else None
+    return None if inner is None else replace(error, of=inner)  # type: ignore[type-var]  # only of Aged
 
 
 # The sets of all tracks of a decision are one curve, at the same times.

@@ -50,7 +50,7 @@ class Reaction(NamedTuple):
     def bounded(self, error: Uncertainty, dimension: int) -> Uncertainty:
         """An error that grows until the robot has reacted, see `Limits.time_to_react`; all sets as that of 0.8."""
         less = error
-        if isinstance(error, Covering) and error.coverage in COVERAGES:
+        if isinstance(error, Covering) and COVERAGES[1] in dict(error.sets):
             less = replace(error, coverage=min(error.coverage, COVERAGES[1]))
         until = self.limits.time_to_react(less, self.period, self.delay, dimension)
         return replace(error, until=until) if isinstance(error, Covering) else GrowsUntil(error, until)
@@ -143,15 +143,14 @@ def coverages(obstacles: Sequence[Obstacle]) -> list[float]:
     [1] without sets.
     """
     stated = min((o.uncertainty.coverage for o in obstacles if isinstance(o.uncertainty, Covering)), default=1.0)
-    return [share for share in COVERAGES[::-1] if share <= stated < 1.0] or [1.0]
+    return [stated, *(share for share in COVERAGES[::-1] if share < stated < 1.0)]
 
 
 def covering(obstacles: Sequence[Obstacle], share: float) -> list[Obstacle]:
-    """The obstacles with sets that hold another share of the errors; those without sets as they are."""
-    return [
-        replace(o, uncertainty=replace(o.uncertainty, coverage=share)) if isinstance(o.uncertainty, Covering) else o
-        for o in obstacles
-    ]
+    """The obstacles with sets that hold another share of the errors; those without such sets as they are."""
+    sets = [o.uncertainty for o in obstacles]
+    held = [replace(e, coverage=share) if isinstance(e, Covering) and share in dict(e.sets) else e for e in sets]
+    return [replace(o, uncertainty=error) for o, error in zip(obstacles, held, strict=True)]
 
 
 class Source(Protocol):

@@ -24,7 +24,8 @@ from slalom.base.checks import (
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
-from slalom.model.uncertainty import BoundedError, Covering, Uncertainty
+from slalom.kernels.arrays import Flags, Indices
+from slalom.model.uncertainty import COVERAGES, BoundedError, Covering, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks, told_apart
 
@@ -57,7 +58,7 @@ class _Prediction(NamedTuple):
     due: float  # [s] absolute time
     position: Array  # (d,) [m]
     stated: float  # [m] radius of the uncertainty of the track
-    radius: float  # [m] promised beyond it
+    radii: Array  # (s,) [m] promised beyond it, for each of the shares
     weight: float  # [1] of its error, see `Calibration`
 
 
@@ -67,8 +68,8 @@ class _Lead:
 
     residuals: deque[float]  # [m] the newest CONFORMAL_ERRORS, beyond the stated radii
     weights: deque[float]  # [1] of these
-    level: float  # share of the residuals that the radius holds, adapted
-    held: int = 0
+    levels: Array  # (s,) share of the residuals that each radius holds, adapted
+    held: Indices  # (s,) number of errors within each radius
     judged: int = 0
 
 
@@ -90,6 +91,8 @@ class Calibration:
     Tracks may state a radius themselves, by their uncertainty. Errors then count beyond it: a radius here is one to add
     to the stated one, and below 0 if tracks state too much.
 
+    Radii are held for `confidence` and for COVERAGES, the shares of the sets of a forecast; see `Covering`.
+
     Until there are enough errors for the quantile, the radius is the largest one, at least that of `prior`. While the
     weights are below CONFORMAL_FEW, it is also at least the radius of the prediction time before, extrapolated with the
     square of the time. If tracks state a radius, which grows itself, it is extrapolated in proportion to the time. The
@@ -110,6 +113,7 @@ class Calibration:
     forecast: Forecast | None = field(default_factory=AtConstantVelocity)
     prior: Uncertainty = field(default_factory=lambda: BoundedError(0.0, 0.2))
     max_gap: Positive = 1.0
+    _shares: Array = field(init=False, repr=False)  # (s,)
     _leads: list[_Lead] = field(default_factory=list, init=False, repr=False)
     _last: dict[Hashable, tuple[float, Array]] = field(default_factory=dict, init=False, repr=False)
     _pending: dict[Hashable, list[deque[_Prediction]]] = field(default_factory=dict, init=False, repr=False)
@@ -125,7 +129,9 @@ class Calibration:
             raise InvalidInput(f"leads: expected increasing prediction times, found {list(self.leads)}")
         has(self.prior, *UNCERTAINTY, "prior")
         empty = partial(deque[float], maxlen=CONFORMAL_ERRORS)
-        self._leads = [_Lead(empty(), empty(), self.confidence) for _ in self.leads]
+        self._shares = np.array([self.confidence, *(share for share in COVERAGES if share != self.confidence)])
+        none = np.zeros(len(self._shares), np.int64)
+        self._leads = [_Lead(empty(), empty(), self._shares.copy(), none.copy()) for _ in self.leads]
 
     def observe(self, tracks: Tracks) -> None:
         """Compare earlier predictions with the present observation, and predict anew.
@@ -146,7 +152,7 @@ class Calibration:
         self._stated = any(uncertainty is not None for uncertainty in tracks.uncertainties)
         for id, state in zip(tracks.ids, tracks.states, strict=True):
             self._judge(id, tracks.t, state[0])
-        radii = self.radii()
+        radii = self._radii()
         predicted = tracks if self.forecast is None else tracks.with_forecast(self.forecast)
         for id, motion in zip(tracks.ids, predicted.obstacles, strict=True):
             self._predict(id, tracks.t, motion, radii)
@@ -160,24 +166,34 @@ class Calibration:
 
     def radii(self) -> Array:
         """Radius (k,) [m] for each of the k prediction times."""
+        return self._radii()[:, 0]
+
+    def _radii(self) -> Array:
+        """Radius (k, s) [m] for each prediction time and share."""
         found = []
-        before = 0.0
+        before = np.zeros(len(self._shares))
         earlier = 1.0
         for lead, h in zip(self._leads, self.leads, strict=True):
-            known, enough = _quantile(lead)
-            if not enough and sum(lead.weights) < CONFORMAL_FEW:
-                known = max(known, before * (h / earlier) ** (1 if self._stated else 2))
-            found.append(known if enough else max(known, float(self.prior.radius(h, self._dimension))))
+            known, enough = _quantiles(lead)
+            if sum(lead.weights) < CONFORMAL_FEW:
+                longer = np.maximum(known, before * (h / earlier) ** (1 if self._stated else 2))
+                known = np.where(enough, known, longer)
+            found.append(np.where(enough, known, np.maximum(known, float(self.prior.radius(h, self._dimension)))))
             before, earlier = known, h
         return np.array(found)
+
+    def _sets(self, radii: Array) -> tuple[tuple[float, ...], Array]:
+        """The shares and their radii (s, k) [m] of radii (s, k) for `_shares`, both in order of the share."""
+        order = np.argsort(self._shares)
+        return tuple(self._shares[order].tolist()), np.maximum.accumulate(np.maximum(radii[order], 0.0), axis=0)
 
     @property
     def error(self) -> Covering:
         """The uncertainty with these radii, straight between them, or with larger ones where growth would slow down."""
-        times, radii = np.array(self.leads), np.maximum(self.radii(), 0.0)
+        times, (shares, radii) = np.array(self.leads), self._sets(self._radii().T)
         if len(times) == 1:
-            times, radii = np.append(0.0, times), np.append(0.0, radii)
-        return Covering.of(self.confidence, (self.confidence,), times, radii[None])
+            times, radii = np.append(0.0, times), np.hstack([0.0 * radii, radii])
+        return Covering.of(self.confidence, shares, times, radii)
 
     def calibrated(self, stated: Sequence[Uncertainty], ages: npt.ArrayLike) -> tuple[Uncertainty, ...]:
         """The uncertainties (n,) of tracks that state others: `Covering`, as `error` is.
@@ -188,19 +204,21 @@ class Calibration:
         """
         if not stated or not any(lead.judged for lead in self._leads):
             return tuple(stated)
-        known, extra = np.array((0.0, *self.leads)), np.array((0.0, *self.radii()))
+        known, rows = np.array((0.0, *self.leads)), []
         since = known + array_of(ages, "ages", (len(stated),))[:, None]
         radii = np.stack([one.radius(known, self._dimension) for one in stated])
-        slope = (extra[-1] - extra[-2]) / (known[-1] - known[-2])
-        radii += np.interp(since, known, extra) + slope * np.maximum(since - known[-1], 0.0)
-        share = (self.confidence,)
-        return tuple(Covering.of(*share, share, known, row[None]) for row in np.maximum(radii, 0.0))
+        for row in self._radii().T:
+            extra = np.append(0.0, row)
+            slope = (extra[-1] - extra[-2]) / (known[-1] - known[-2])
+            rows.append(radii + np.interp(since, known, extra) + slope * np.maximum(since - known[-1], 0.0))
+        sets = [self._sets(each) for each in np.stack(rows, axis=1)]
+        return tuple(Covering.of(self.confidence, shares, known, each) for shares, each in sets)
 
     @property
     def coverage(self) -> tuple[Coverage, ...]:
         """Confidence and measured share of errors within the radius, for each prediction time."""
         return tuple(
-            Coverage(h, self.confidence, lead.held / lead.judged if lead.judged else np.nan, lead.judged, radius)
+            Coverage(h, self.confidence, lead.held[0] / lead.judged if lead.judged else np.nan, lead.judged, radius)
             for h, lead, radius in zip(self.leads, self._leads, self.radii().tolist(), strict=True)
         )
 
@@ -217,12 +235,12 @@ class Calibration:
                     continue
                 there = place + (prediction.due - before) / (t - before) * (position - place)
                 residual = float(np.linalg.norm(there - prediction.position)) - prediction.stated
-                held = residual <= prediction.radius
+                held = residual <= prediction.radii
                 lead.residuals.append(residual)
                 lead.weights.append(prediction.weight)
                 lead.held, lead.judged = lead.held + held, lead.judged + 1
-                lead.level += CONFORMAL_RATE * prediction.weight * (self.confidence - held)
-                lead.level = min(max(lead.level, 0.0), 1.0)
+                lead.levels = lead.levels + CONFORMAL_RATE * prediction.weight * (self._shares - held)
+                lead.levels = np.clip(lead.levels, 0.0, 1.0)
 
     def _predict(self, id: Hashable, t: float, motion: Obstacle, radii: Array) -> None:
         """Predict the positions of a track at all prediction times from now."""
@@ -233,16 +251,18 @@ class Calibration:
             np.zeros(len(leads)) if motion.uncertainty is None else motion.uncertainty.radius(leads, motion.dimension)
         )
         for waiting, h, place, known, radius in zip(
-            self._pending[id], self.leads, places, stated.tolist(), radii.tolist(), strict=True
+            self._pending[id], self.leads, places, stated.tolist(), radii, strict=True
         ):
             waiting.append(_Prediction(t + h, place, known, radius, min(1.0, since / h)))
 
 
-def _quantile(lead: _Lead) -> tuple[float, bool]:
-    """The conformal quantile [m] of the errors and True; the largest of them and False where there are too few."""
+def _quantiles(lead: _Lead) -> tuple[Array, Flags]:
+    """The conformal quantiles (s,) [m] of the errors, and whether there are enough for each; else the largest error."""
     n, count = len(lead.residuals), sum(lead.weights)
-    rank = (count + 1.0) * lead.level
-    if rank > count + WHOLE_COUNT or not n:
-        return max(lead.residuals, default=0.0), False
-    k = min(max(int(np.ceil(rank / count * n - WHOLE_COUNT)), 1), n) - 1
-    return float(np.partition(np.array(lead.residuals), k)[k]), True
+    ranks = (count + 1.0) * lead.levels
+    enough = (ranks <= count + WHOLE_COUNT) & (n > 0)
+    if not n:
+        return np.zeros(len(ranks)), enough
+    ranked = np.sort(np.array(lead.residuals))
+    rows = np.clip(np.ceil(ranks / count * n - WHOLE_COUNT).astype(np.int64), 1, n) - 1
+    return np.where(enough, ranked[rows], ranked[-1]), enough
