@@ -1,7 +1,8 @@
 """Navigator of one robot that searches over sequences of accelerations and always has a safe one to continue."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -181,21 +182,22 @@ values: a robot in a narrow gap keeps more of its margin, for more searches. Wit
 contact is avoidable."""
 
 
-def new_plan(scene: Scene, budget: float, improving: float) -> Decision:
+def new_plan(scene: Scene, with_less: Callable[[], Scene], budget: float, improving: float) -> Decision:
     """Decision for a new sequence, else of the navigator, in the first part of the scene that has a safe one.
 
     First among the stated sets of a forecast, if a sequence with the whole margin arrives there. Then with the next
     smaller sets and all futures of the obstacles, then without the least probable futures, then with smaller sets.
 
     Args:
+        with_less: gives the scene with the next smaller sets.
         budget: [us] of work; improving: [us] of work after the first arrival, and the least for each search.
     """
     given = [] if all(motion.probability == 1.0 for motion in scene.motions) else levels(scene.motions)
-    less = scene.less()
-    if less is not scene and not given:
+    if len(scene.coverages) > 1 and not given:
         found = _sequence_in(scene, Work(budget, improving), MARGIN_SHARES[:1])
         if found is not None and found.arrival < np.inf:
             return found
+    less = with_less()
     decision = scene.stated(_least_given_up(less, given, Work(budget, improving)), less.coverages[0])
     likely = scene.without(given[-1].given_up) if given else scene
     for share in scene.coverages:
@@ -246,9 +248,10 @@ def alone(scene: Scene) -> Decision:
 def rests_clear(scene: Scene, arrival: float) -> bool:
     """Whether a robot that rests at its goal from `arrival` [s] on is collision-free up to the navigator's horizon.
 
-    True for a goal to pass, and for an arrival beyond the horizon.
+    With the next smaller sets. True for a goal to pass, and for an arrival beyond the horizon.
     """
-    left, there = scene.now + scene.navigator.horizon - arrival, [m for m in scene.motions if m.exists(arrival)]
+    motions, left = covering(scene.motions, scene.coverages[:2][-1]), scene.now + scene.navigator.horizon - arrival
+    there = [motion for motion in motions if motion.exists(arrival)]
     if not scene.goal.stop or left <= scene.navigator.period or not there:
         return True
     rest, window = State(scene.goal.position(arrival), 0.0 * scene.state.velocity), ObstacleWindow(there, arrival, left)
@@ -421,20 +424,21 @@ class LookAhead:
         table = self._prediction(one_by_one, motions, now, tables, deadline)
         scene = Scene(self.navigator, state, goal, now, deadline, obstacles, motions, table, previous, before)
         there = goal.stop and float(np.linalg.norm(goal.position(now) - state.position)) <= goal.tolerance
-        less = scene.less()
+        # Its table is made only where the stated sets decide nothing.
+        less = cache(scene.less)
         kept = None if there else self._keep_or_improve(scene, less)
         planned = kept or (
-            scene.stated(alone(less), less.coverages[0])
+            scene.stated(alone(less()), less().coverages[0])
             if there
-            else new_plan(scene, self.budget, self.improvement_budget)
+            else new_plan(scene, less, self.budget, self.improvement_budget)
         )
         span = None if table.obstacles is None else (table.start, table.end)
         call = SearchCall(self if self.prepared is None else replace(self, prepared=None), state, obstacles, goal, now)
         record = recorded(call._replace(table=span), previous, fresh=kept is None)
         if not isinstance(planned, SequenceDecision):
             return replace(planned, record=record)
-        if not rests_clear(less, planned.arrival):
-            return replace(scene.stated(alone(less), less.coverages[0]), record=record)
+        if not rests_clear(scene, planned.arrival):
+            return replace(scene.stated(alone(less()), less().coverages[0]), record=record)
         inputs = DecisionInputs(self.navigator, state, obstacles, goal, None, now, None, None)
         return replace(completed(planned, inputs, previous, None, np.inf), record=record)
 
@@ -478,7 +482,7 @@ class LookAhead:
         soonest = now + goal.time_to_go(state.position, state.velocity, now, self.navigator.limits)
         return now + self.time_horizon if soonest > self.deadline else min(self.deadline, now + self.time_horizon)
 
-    def _keep_or_improve(self, scene: Scene, less: Scene) -> Decision | None:
+    def _keep_or_improve(self, scene: Scene, less: Callable[[], Scene]) -> Decision | None:
         """Previous sequence while it avoids the smaller sets of `less`, or one that is better by the patience.
 
         None if the previous sequence must not be kept.
@@ -492,8 +496,13 @@ class LookAhead:
         same = (
             search.obstacles is scene.prediction and scene.prediction.includes_future and deviation <= COMMITTED_SLACK
         )
-        if deviation > JUMP or not (same or self._remains_clear(less, previous)):
+        if deviation > JUMP:
             return None
+        keeps = scene
+        if not same and not self._remains_clear(scene, previous):
+            keeps = less()
+            if keeps is scene or not self._remains_clear(keeps, previous):
+                return None
         period = self.navigator.period
         if not self.navigator.limits.allows(scene.state, motion.mean_acceleration(now, period), period):
             return None
@@ -503,7 +512,7 @@ class LookAhead:
         if improved.complete and improved.arrival <= self._worth_changing(previous, now):
             return sequence_decision(scene, improved, self._outcome(scene, improved))
         kept = replace(previous, outcome=Outcome.KEPT, better=improved if same else None, given_up=0.0)
-        return scene.stated(kept, less.coverages[0])
+        return scene.stated(kept, keeps.coverages[0])
 
     def _worth_changing(self, previous: SequenceDecision, now: float) -> float:
         """The latest arrival [s] for which the previous sequence is given up."""
