@@ -2,6 +2,7 @@
 
     python tools/counts.py           # the short scenes: each count by decision, and what rose or fell
     python tools/counts.py --all     # the long scenes too, some minutes
+    python tools/counts.py --stages  # the stages of a decision: calls of each, and its share of the time
     python tools/counts.py --write   # writes today's counts; `bought` of a rise is then to be filled in
 
 Kernels run as Python, so that a profiler sees each call, in the processes of `portable.py`. A count is thus equal on
@@ -18,7 +19,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from types import CodeType
+from time import perf_counter
+from types import CodeType, FrameType
 from typing import Any
 
 import portable
@@ -36,13 +38,75 @@ sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "src")]
 import budget  # noqa: E402
 
 
+def codes(functions: Mapping[str, tuple[Any, ...]]) -> dict[CodeType, str]:
+    """The name of each of some functions, by its code."""
+    return {function.__code__: name for name, some in functions.items() for function in some}
+
+
+def stages() -> dict[CodeType, str]:
+    """The stage of a decision by each function in which it begins; stages that follow within it count apart."""
+    from slalom.decision import decision, policy_tables, settings
+    from slalom.kernels.decision import bodies, collision, costs, motion_clear, policy, response_motion
+
+    return codes(
+        {
+            "predict": (settings.Settings.predict,),
+            "gather": (policy_tables.PolicyTables.decision, bodies.obstacle_pieces),
+            "keep": (policy.keep_committed, policy.committed_is_clear),
+            "propose": (costs.optimistic_costs,),
+            "certify": (motion_clear.met_by_preferred, response_motion.free_control),
+            "choose": (policy.best_response,),
+            "relax": (bodies.reduce_margin, policy.most_clearance, collision.latest_collision),
+            "report": (decision.completed,),
+        }
+    )
+
+
+class Clock:
+    """Calls of each stage, and the time [s] in it without the stages within it. A profiler for `sys.setprofile`."""
+
+    def __init__(self) -> None:
+        self.calls: Counter[str] = Counter()
+        self.spent: Counter[str] = Counter()
+        self._names, self._inside, self._since = stages(), ["rest"], perf_counter()
+
+    def __call__(self, frame: FrameType, event: str, _: Any) -> None:
+        name = self._names.get(frame.f_code)
+        if name is None or event not in ("call", "return"):
+            return
+        now = perf_counter()
+        self.spent[self._inside[-1]] += now - self._since
+        self._since = now
+        if event == "call":
+            self.calls[name] += 1
+            self._inside.append(name)
+        else:
+            self._inside.pop()
+
+
+def print_stages(scene: str, work: Callable[[], Any], decisions: int) -> None:
+    """Print calls of each stage by decision, and its share of the time."""
+    clock = Clock()
+    sys.setprofile(clock)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    whole = sum(clock.spent.values())
+    for name in dict.fromkeys([*stages().values(), "rest"]):
+        print(f"{scene:16}{name:10}{clock.calls[name] / decisions:8.4g} calls{clock.spent[name] / whole:8.0%}")
+
+
 def counted_kernels() -> dict[CodeType, str]:
     """The name of a count by each kernel whose calls it counts."""
-    from slalom.kernels.decision import bodies, costs, paths, policy, response_motion
+    from slalom.kernels.decision import bodies, collision, costs, paths, policy, response_motion
     from slalom.kernels.relative_motion import segments
     from slalom.kernels.selection import exchange
 
     kernels: dict[str, tuple[Any, ...]] = {
+        "keeping": (policy.keep_committed,),
+        "gatherings": (bodies.obstacle_pieces,),
+        "relaxations": (bodies.reduce_margin, policy.most_clearance, collision.latest_collision),
         "searches": (policy.change_manoeuvre,),
         "exact_choices": (exchange.nearest_free,),
         "segment_tables": (response_motion.relative_table,),
@@ -51,7 +115,7 @@ def counted_kernels() -> dict[CodeType, str]:
         "response_paths": (paths.response_path,),
         "ball_tests": (bodies.is_near, bodies.meets_balls),
     }
-    return {kernel.__code__: name for name, some in kernels.items() for kernel in some}
+    return codes(kernels)
 
 
 def calls(work: Callable[[], Any]) -> Counter[str]:
@@ -223,16 +287,22 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--all", action="store_true", help="count the long scenes too")
     parser.add_argument("--write", action="store_true", help="write today's counts")
+    parser.add_argument("--stages", action="store_true", help="print calls and times by stage, compare nothing")
     given = parser.parse_args()
     scenes = SHORT | (LONG if given.all else {})
     found: dict[str, int] = {}
     for scene, prepare in scenes.items():
         work, decisions = prepare()
         work()  # what is made once: modules, and pieces of tables
+        if given.stages:
+            print_stages(scene, work, decisions)
+            continue
         some = calls(work)
         found |= {f"{scene}.{name}": count for name, count in some.items()}
         print(f"{scene}, by decision: " + ", ".join(f"{name} {n / decisions:.4g}" for name, n in some.items()))
     file = tomllib.loads(FILE.read_text()) if FILE.exists() else {}
+    if given.stages:
+        return 0
     if given.write:
         file = renewed(file, found)
         FILE.write_text("\n".join(written(file)) + "\n")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence, Set
 from functools import lru_cache, partial
 from math import isfinite
-from typing import Annotated, Any, Final, TypeAlias, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Final, TypeAlias, get_args, get_origin, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -356,7 +356,7 @@ class Checked:
     def __get__(self, instance: Any, owner: type | None = None) -> Array:
         if instance is None:
             raise AttributeError(self.name)  # makes the field one without a default
-        return cast(Array, instance.__dict__[self.name])
+        return instance.__dict__[self.name]  # type: ignore[no-any-return]
 
     def __set__(self, instance: Any, value: npt.ArrayLike) -> None:
         instance.__dict__[self.name] = self.check(value, self.name)

@@ -23,6 +23,7 @@ from slalom.model.path_goal import PathGoal
 from slalom.model.response import Velocity
 from slalom.model.shape import refuse_turned
 from slalom.model.state import State
+from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
@@ -259,7 +260,8 @@ def approach_of(
     if goal is None:
         return None
     # Lists take a quarter of the time of arrays of two numbers.
-    target = goal.position(now)
+    trajectory = goal.trajectory
+    target = trajectory.initial_position if isinstance(trajectory, Stationary) else goal.position(now)
     place = target.tolist()
     left = dist(place, state.position.tolist())
     if progress is not None and isinstance(goal, PathGoal):
@@ -470,25 +472,28 @@ def state_to_decide_from(state: State, previous: Decision | None, now: float, de
             it; a time before that of the previous decision, or the same for a robot at another position; a delay above
             the horizon.
     """
-    has(state, *STATE, "state")
+    if type(state) is not State:
+        has(state, *STATE, "state")
     refuse_turned(own.robot, state.heading, "state: heading")
     number(now, "now")
     if previous is not None:
-        has(previous, ("manoeuvre", "commitment", "decided_at"), "a Decision", "previous")
-        if previous.manoeuvre.dimension != state.dimension:
+        if type(previous) is not Decision:
+            has(previous, ("manoeuvre", "commitment", "decided_at"), "a Decision", "previous")
+        if previous.manoeuvre.state.dimension != state.dimension:
             expected = f"dimension {previous.manoeuvre.dimension} as of the previous decision"
             raise InvalidInput(f"state: expected {expected}, found {state.dimension}")
-        not_before(now, previous.decided_at, "now", "a decision")
         last = previous.inputs
+        if last is None or now < last.now:
+            not_before(now, previous.decided_at, "now", "a decision")
         if last is not None and now == last.now and delay == 0.0 and (state.position != last.state.position).any():
             # A loop that does not pass the time predicts all obstacles from their positions at the start.
             raise InvalidInput(
                 f"now: expected a time after the previous decision at {now:g} s, found the same for another position"
             )
+    if isinstance(delay, float) and delay == 0.0:
+        return state
     if not_negative(delay, "delay") > own.horizon:
         raise InvalidInput(f"delay: expected at most the horizon, {own.horizon:g} s, found {delay:g} s")
-    if delay == 0.0:
-        return state
     return state_after((), state, now - delay, now) if previous is None else previous.state_at(now, state, now - delay)
 
 

@@ -1,23 +1,15 @@
 """Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape.
 
-The path of one decision, stage by stage:
+The stages of one decision, which `tools/counts.py --stages` counts and times, and where they begin:
 
-    Navigator.decide              checks its input                                decision/navigator.py
-      ObstacleWindow.predicted    obstacles on predicted trajectories             obstacle/window.py
-        forecast                  predictions                                     forecast/
-        pieces                    trajectories cut into cubic pieces              obstacle/pieces.py
-      PolicyTables.decision       robot, bodies, responses and bounds as tables   decision/policy_tables.py, tables.py
-      kernels.decide_all          the policy                                      kernels/decision/policy.py
-        optimistic_costs          preferred control and cost of each response     kernels/decision/costs.py
-        keep_committed            whether the present manoeuvre is kept           kernels/decision/policy.py
-        obstacle_pieces           bodies in reach, grown by the robot and margin  kernels/decision/bodies.py
-        best_response             the cheapest exact choice of all responses      kernels/decision/policy.py
-          preferred_is_free       a direct test of the preferred control          kernels/decision/motion_clear.py
-          relative_motion         segments on which controls collide              kernels/decision/response_motion.py
-          nearest_free            the nearest control outside of them             kernels/selection/exchange.py
-        latest_collision          the choice where every manoeuvre collides       kernels/decision/collision.py
-      fall_back                   where no control is safe, or bodies overlap     decision/fallback.py
-      Decision                    manoeuvre, outcome, and a report on request     decision/decision.py
+    predict  Settings.predict: obstacles on predicted trajectories, cut into cubic pieces     obstacle/window.py
+    gather   PolicyTables.decision: all as tables; obstacle_pieces: bodies in reach, grown    kernels/decision/bodies.py
+    keep     keep_committed: whether the present manoeuvre is kept                            kernels/decision/policy.py
+    propose  optimistic_costs: preferred control and least cost of each response              kernels/decision/costs.py
+    certify  met_by_preferred: whether that is free; free_control: the nearest one that is    kernels/selection/
+    choose   best_response: the response that costs least                                     kernels/decision/policy.py
+    relax    reduce_margin, most_clearance, latest_collision; fall_back where none is safe    decision/fallback.py
+    report   completed: a `Decision` with what the next one needs                             decision/decision.py
 """
 
 from dataclasses import dataclass, replace
@@ -184,8 +176,10 @@ class Navigator(Settings):
             has(objective, *OBJECTIVE, "objective")
         robot = self if objective is None else replace(self, objective=objective)
         limit = np.inf if budget is None else not_negative(budget, "budget")
-        given, goal = goal, goal_or_place(goal, state, robot.objective, self.limits)
-        others, unyielding = observed_robots(robots, self.method.robot_forecast)
+        given, checked = goal, None if previous is None else previous.inputs
+        if goal is None or checked is None or checked.goal is not goal or checked.navigator is not robot:
+            goal = goal_or_place(goal, state, robot.objective, self.limits)
+        others, unyielding = (None, None) if robots is None else observed_robots(robots, self.method.robot_forecast)
         listed_obstacles = tuple(listed(obstacles))
         around = (*listed_obstacles, unyielding) if unyielding is not None else listed_obstacles
         window = self.predict(around, state, now)
@@ -193,10 +187,9 @@ class Navigator(Settings):
         previous = on_way_to(previous, goal)
         step = self.step_along(goal, state, window, now, previous) if isinstance(goal, PathGoal) else None
         request = Request(robot, around, others, state, goal, step, now, previous, limit)
-        if isinstance(robot.objective, Arrive):
-            velocity = velocity_along(state, request.target, self.limits, now)
-            if velocity is not None:
-                request = request._replace(robot=replace(robot, objective=FollowVelocity(velocity)))
+        arrives = bool(self.limits.bounds) and isinstance(robot.objective, Arrive)
+        if arrives and (velocity := velocity_along(state, request.target, self.limits, now)) is not None:
+            request = request._replace(robot=replace(robot, objective=FollowVelocity(velocity)))
         decide = self._giving_up if window.has_futures else self._among_obstacles
         if isinstance(self.method.forecast, FromModels):
             decision = among_sets(window, robot, state, lambda some: decide(some, request))

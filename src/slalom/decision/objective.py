@@ -330,7 +330,7 @@ def is_compiled(objective: Objective) -> bool:
 
 def needs_goal(objective: Objective) -> bool:
     """Whether an objective needs a goal: only those that follow something need none."""
-    return any(not isinstance(part, FOLLOWING) for _, part in parts_of(objective))
+    return type(objective) is Arrive or any(not isinstance(part, FOLLOWING) for _, part in parts_of(objective))
 
 
 OBJECTIVES: Final = Registry[type[Objective]](

@@ -14,6 +14,7 @@ from slalom.base.tolerances import AIM_LATEST, CONTACT_SLACK
 from slalom.decision.decision import Decision
 from slalom.decision.methods import margin_among
 from slalom.decision.objective import (
+    Arrive,
     FollowAcceleration,
     FollowVelocity,
     KeepAcceleration,
@@ -313,7 +314,8 @@ class PolicyTables:
         limits, objective = self.robot.limits, request.robot.objective
         others, state = request.others, request.state
         goal, now = request.target, request.now
-        (robots, own), target = table, goal.position(now)
+        trajectory, (robots, own) = goal.trajectory, table
+        target = trajectory.initial_position if isinstance(trajectory, Stationary) else goal.position(now)
         own.position[:] = state.position
         own.velocity[:] = state.velocity
         own.acceleration[:] = state.acceleration
@@ -323,8 +325,7 @@ class PolicyTables:
         if number == IN_PYTHON:
             in_python = self._objective_in_python(table, request)
             objectives = in_python.table(objectives)
-        enough = float(objective.enough_clearance)
-        own.enough[0] = enough
+        own.enough[0] = enough = float(objective.enough_clearance)
         own.margin[0] = self.robot.margin + enough
         own.margin_among[0] = self._margin + enough
         arrives = number == ARRIVE or bool((objectives.kind == ARRIVE).any())
@@ -332,7 +333,7 @@ class PolicyTables:
         own.tolerance[0] = goal.tolerance
         own.stop[0] = goal.stop and arrives
         targets, own.moving[0] = self._at_rest, False
-        if not isinstance(goal.trajectory, Stationary):
+        if not isinstance(trajectory, Stationary):
             distance = float(np.linalg.norm(target - state.position))
             latest = AIM_LATEST * (distance / limits.max_speed + limits.max_speed / limits.max_acceleration)
             targets, own.moving[:] = target_paths([goal], now, now + self.robot.horizon + latest)
@@ -383,6 +384,8 @@ class PolicyTables:
 
 def _numbers(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array, Objectives]:
     """The number of the objective, the velocity or acceleration (d,) to follow, and its parts if it is mixed."""
+    if type(objective) is Arrive:
+        return ARRIVE, np.zeros(state.dimension), NO_OBJECTIVES
     if not is_compiled(objective):
         return IN_PYTHON, np.zeros(state.dimension), NO_OBJECTIVES
     numbers = [(weight, *_wanted(part, table, state)) for weight, part in parts_of(objective)]

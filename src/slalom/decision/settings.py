@@ -41,7 +41,8 @@ from slalom.model.response import AccelerateThenBrake, Response
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.obstacle.obstacle import Obstacle
-from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, followed
+from slalom.obstacle.tracks import Tracks
+from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, followed, listed
 
 SHORTEST_HORIZON: Final = 1e-3
 """[s] Least horizon for one obstacle. Larger: obstacles beside a robot at rest count longer. At 0: for no time."""
@@ -262,10 +263,12 @@ class Settings:
 
         Obstacles that appear later are included only if the forecast contains them.
         """
-        obstacles = followed(obstacles, self.robot, state, self.limits)
+        tracked = any(isinstance(one, Tracks) for one in listed(obstacles))
+        obstacles = followed(obstacles, self.robot, state, self.limits) if tracked else obstacles
         reaction = Reaction(self.limits, self.period)
         window = ObstacleWindow.predicted(obstacles, self.method.forecast, number(now, "now"), self.horizon, reaction)
-        window.refuse_worlds()
+        if tracked:
+            window.refuse_worlds()
         if not self.contact_at_rest:
             window = window.while_moving()
         if self.horizons is None:

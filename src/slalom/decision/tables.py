@@ -443,7 +443,7 @@ class Skeletons:
         Raises:
             InvalidInput: see `minkowski_sum`.
         """
-        if not len(obstacles):
+        if not len(obstacles.until):
             if kind not in self._alone:
                 self._alone[kind] = self._made(kind, obstacles, None, detours=False)
             return self._alone[kind]
@@ -451,7 +451,7 @@ class Skeletons:
 
     def _made(self, kind: int, obstacles: ObstacleWindow, around: Reach | None, *, detours: bool) -> GrownBodies:
         bodies = obstacles.uncut_bodies(self.shapes[kind], around)
-        robots, corners = self._robot_bodies(kind)
+        robots, corners = self._robots.get(kind) or self._robot_bodies(kind)
         if corners:
             before = len(bodies.corners.unordered) if bodies.corners else 0
             robots = robots._replace(hull=np.where(robots.hull < 0, -1, before + robots.hull))

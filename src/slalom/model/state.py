@@ -1,6 +1,7 @@
 """State of a robot or an observed obstacle."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +16,7 @@ class State:
 
     The acceleration is the one applied up to now. Only responses that start from it (jerk) and forecasts use it.
 
-    `heading` [rad], in the plane only, is the direction of the x axis of the body. Bounds in the frame of the body are
-    then along it. None: along the velocity.
+    `heading` [rad], in the plane only: of the x axis of the body, and of bounds in its frame. None: of the velocity.
 
     Raises:
         InvalidInput: values that are not finite, or of different dimensions; a heading in space.
@@ -43,7 +43,7 @@ class State:
         if heading is not None and checked_position.size == 3:
             raise InvalidInput(f"heading: expected none in space, found {heading:g}")
 
-    @property
+    @cached_property
     def dimension(self) -> int:
         """2 or 3."""
         return self.position.size

@@ -221,8 +221,10 @@ class ObstacleTable:
         """The outlines of the obstacles around which detours lead."""
         return outlines(self.obstacles)
 
-    def stretch(self, robot: Shape, start: float, horizon: float) -> Bodies:
+    def stretch(self, robot: Shape, start: float, horizon: float, until: Array | None = None) -> Bodies:
         """All bodies grown by a robot's shape, from now, the `start` [s], on; times are absolute.
+
+        until: (n,) [s] after the start, up to which each obstacle counts; None: all count at all times.
 
         Over the stretch of time that contains the start and a horizon [s] after it; over all time if all obstacles are
         at rest.
@@ -251,7 +253,7 @@ class ObstacleTable:
             # Earlier stretches are over. A new dictionary: other threads may go through the former one.
             kept = {k: one for k, one in self._bodies.items() if k[2] != horizon or k[1] == stretch}
             self._bodies = {**kept, key: made}
-        return made._replace(now=start)
+        return made._replace(now=start, until=made.until if until is None else until)
 
     def serves_until(self, start: float, horizon: float) -> float:
         """The time [s] from which on `stretch` makes other bodies, or refuses, than at the `start` [s]."""

@@ -249,12 +249,24 @@ class ObstacleWindow:
     def __init__(
         self, obstacles: Obstacles, start: float, horizon: float, horizons: npt.ArrayLike | None = None
     ) -> None:
-        self.start = number(start, "start")
-        self.horizon = duration(horizon, "horizon")
-        self._sources = sources_of(listed(obstacles), self.start, self.start + self.horizon)
+        self._fill(listed(obstacles), number(start, "start"), duration(horizon, "horizon"))
+        if horizons is not None:
+            self.until = self._each(horizons)
+
+    def _fill(self, given: Sequence[Obstacle | ObstacleTable | Tracks], start: float, horizon: float) -> None:
+        """Set all attributes, from what is checked."""
+        self.start, self.horizon = start, horizon
+        self._sources = sources_of(given, start, start + horizon)
         self._counts = [len(source) for source in self._sources]
-        self.dimension = one_dimension(source.dimension for source in self._sources)
-        self.until = np.full(sum(self._counts), self.horizon) if horizons is None else self._each(horizons)
+        self.dimension = one_dimension([source.dimension for source in self._sources])
+        # Of some: contacts do not count at rest; their probability is below 1; the robot follows, see `Tracks.braking`.
+        self.is_passive = self.has_futures = self.leads = False
+        for source in self._sources:
+            self.is_passive = self.is_passive or source.is_passive
+            self.has_futures = self.has_futures or source.has_futures
+            self.leads = self.leads or (isinstance(source, Tracks) and source.leads)
+        self.until = np.empty(sum(self._counts))
+        self.until.fill(horizon)
         self._at_rest = True
         self._touched_from: tuple[Array, Array, float] | None = None
         self._bodies: dict[Shape, Bodies] = {}
@@ -276,6 +288,7 @@ class ObstacleWindow:
         """
         if not len(all_given := listed(obstacles)):
             return cls(all_given, start, horizon)
+        start, horizon = number(start, "start"), duration(horizon, "horizon")
         exact, given = isinstance(forecast, EXACT), list[Obstacle | ObstacleTable | Tracks]()
         for one in all_given:
             if isinstance(one, ObstacleTable):
@@ -284,7 +297,8 @@ class ObstacleWindow:
             else:
                 given.append(one.with_forecast(forecast) if isinstance(one, Tracks) and not exact else one)
         sources = _foreseen(given, forecast, start, reaction)
-        window, first = cls(sources, start, horizon), 0
+        window, first = cls.__new__(cls), 0
+        window._fill(sources, start, horizon)
         for source in sources if not forecast.includes_future else ():
             if isinstance(source, ObstacleTable):
                 window.until[first : first + len(source)][~source.exist(start)] = 0.0
@@ -310,16 +324,6 @@ class ObstacleWindow:
             index -= count
         raise IndexError(f"index: expected a number below {len(self)}")
 
-    @property
-    def has_futures(self) -> bool:
-        """Whether some obstacles are futures with a probability below 1."""
-        return any(s.has_futures for s in self._sources)
-
-    @property
-    def leads(self) -> bool:
-        """Whether the robot follows some of the tracks, see `Tracks.braking`."""
-        return any(isinstance(s, Tracks) and s.leads for s in self._sources)
-
     def refuse_worlds(self) -> None:
         """Raise InvalidInput for tracks with numbers of worlds: the window is of one world."""
         for source in self._sources:
@@ -342,11 +346,6 @@ class ObstacleWindow:
             *(bodies.each, rows, bodies.now, found.owner, found.moves, self.until, self.horizon, each, corners)
         )
         return AtHorizon(each if there.all() else each[there], corners)
-
-    @property
-    def is_passive(self) -> bool:
-        """Whether contacts with some obstacles do not count while the robot is at rest."""
-        return any(s.is_passive for s in self._sources)
 
     def while_moving(self) -> "ObstacleWindow":
         """The same obstacles, contacts with which count only while the robot moves.
@@ -442,13 +441,13 @@ class ObstacleWindow:
         if len(self._sources) != 1 or not self._at_rest or self._touched_from is not None:
             return None
         table = self._sources[0]
-        return table if isinstance(table, ObstacleTable) and len(table) else None
+        return table if isinstance(table, ObstacleTable) and self._counts[0] else None
 
     def uncut_bodies(self, robot: Shape, reach: Reach | None) -> Bodies:
         """As `bodies_near`, for kernels that cut pieces to the window: those of a single table as they are."""
         table = self.only_table
         if table is not None:
-            return table.stretch(robot, self.start, self.horizon)._replace(until=self.until)
+            return table.stretch(robot, self.start, self.horizon, self.until)
         return self.bodies(robot) if reach is None else self.bodies_near(robot, reach)
 
     def distances(self, robot: Shape, position: Array) -> tuple[Array, Array]:
@@ -495,7 +494,8 @@ def listed(obstacles: Obstacles, name: str = "obstacles") -> Sequence[Obstacle |
     """The obstacles, tables and tracks one by one. Raises InvalidInput for anything else."""
     if isinstance(obstacles, ObstacleTable | Tracks):
         return [obstacles]
-    has(obstacles, ("__iter__", "__len__"), "a list of obstacles, an ObstacleTable or Tracks", name)
+    if not isinstance(obstacles, list | tuple):
+        has(obstacles, ("__iter__", "__len__"), "a list of obstacles, an ObstacleTable or Tracks", name)
     for k, one in enumerate(obstacles):
         if not isinstance(one, Obstacle | ObstacleTable | Tracks):
             raise InvalidInput(
@@ -547,8 +547,6 @@ def each_for_one(obstacles: Obstacles, dimension: int, now: float) -> Sequence[O
 
 def followed(obstacles: Obstacles, robot: Shape, state: State, limits: Limits) -> Obstacles:
     """The obstacles, of which tracks that a robot in `state` follows may brake, see `Tracks.braking`."""
-    if not any(isinstance(one, Tracks) for one in listed(obstacles)):
-        return obstacles
     return [one.followed_by(robot, state, limits) if isinstance(one, Tracks) else one for one in listed(obstacles)]
 
 
