@@ -149,12 +149,12 @@ EXPLAINED = (
 
 
 def told(arguments: str) -> str:
-    """What `slalom explain` tells of a scene: the command, its sentences but for alternatives, and what decided."""
+    """What `slalom explain` tells of a scene: the command, its sentences but for comparisons, and what decided."""
     found = io.StringIO()
     with redirect_stdout(found):
         call(["explain", *arguments.split(), "--json"])
     result = json.loads(found.getvalue())
-    sentences = [one for one in result["sentences"] if not one.startswith("Alternative ")]
+    sentences = [one for one in result["sentences"] if not one.startswith(("Alternative ", "Chosen ", "Kept "))]
     obstacles = [one["obstacle"] for one in result["passes"]] or [
         each["obstacle"] for each in (result["preferred_hits"],) if each
     ]

@@ -13,7 +13,7 @@ INTERRUPTED: Final = 130
 
 
 def main() -> None:
-    """Run the command line and exit; without its packages, name the extra with exit code 2; after Ctrl-C with 130."""
+    """Run the command line and exit: with code 2 without its packages, with 130 after Ctrl-C, 143 after SIGTERM."""
     # Imports and the end of the process have nothing to clean up. Interrupted there, Python prints where it was.
     signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
     # After its own clean-up Python would take this handler away and die by the signal.
@@ -28,15 +28,24 @@ def _code() -> int:
     except MissingExtra as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    ending = signal.getsignal(signal.SIGINT)
+    former = {signal.SIGINT: signal.getsignal(signal.SIGINT)}
+    # Those that end a process by default; `nohup` has one ignored.
+    ending = (getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP"))
+    former |= {each: signal.SIG_DFL for each in ending if each and signal.getsignal(each) is signal.SIG_DFL}
     try:
         # A command removes what it began to write.
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number in former:
+            signal.signal(number, signal.default_int_handler if number == signal.SIGINT else _stop)
         return call()
     except KeyboardInterrupt:
         return INTERRUPTED
     finally:
-        signal.signal(signal.SIGINT, ending)
+        for number, before in former.items():
+            signal.signal(number, before)
+
+
+def _stop(number: int, _: object) -> None:
+    sys.exit(128 + number)
 
 
 if __name__ == "__main__":

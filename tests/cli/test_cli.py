@@ -114,6 +114,14 @@ def test_run_fails_when_the_robot_does_not_arrive(say: Say) -> None:
     assert say("run", "scene.yaml", "--set", "duration=2", "--json").json["arrived"] == 0
 
 
+def test_a_fleet_of_which_some_arrive_says_how_many(say: Say) -> None:
+    robot = "- {radius: 0.2, max_speed: 1, max_acceleration: 1, position: [0, %d], goal: {position: [%d, %d]}}\n"
+    Path("two.yaml").write_text(f"duration: 4\nrobots:\n{robot % (0, 2, 0)}{robot % (5, 20, 5)}")
+    said = say("run", "two.yaml")
+    assert said.code == 1
+    assert said.out.startswith("two with nao, seed 0: 1 of 2 arrived, no collision\n")
+
+
 def test_run_fails_when_something_is_hit(say: Say) -> None:
     """A wall too near to stop."""
     Path("wall.yaml").write_text(SCENE.replace("velocity: [1, 0]", "velocity: [2, 0]").replace("[8, 0.2]", "[2, 0]"))
@@ -177,9 +185,11 @@ def test_out_is_the_recording(say: Say) -> None:
 @pytest.mark.parametrize("suffix", draws(MAGIC))
 def test_figures_of_runs_and_decisions(suffix: str, say: Say) -> None:
     assert say("run", "scene.yaml", "--set", "duration=2", "--figure", f"run{suffix}", "--json").json
-    assert say("decide", "scene.yaml", "--figure", f"scene{suffix}", "--json").json
+    status = say("decide", "scene.yaml", "--figure", f"scene{suffix}", "--json").json["status"]
     for name in ("run", "scene"):
         assert Path(name + suffix).read_bytes().startswith(MAGIC[suffix])
+    if suffix == ".svg":
+        assert f"scene, nao: {status.lower()}" in Path("scene.svg").read_text()
 
 
 def test_at_chooses_the_decision_that_is_drawn(say: Say) -> None:
@@ -274,6 +284,7 @@ def test_decide_time_to_collision_is_that_of_the_preferred_control(say: Say) -> 
     said = say("decide", "ahead.yaml", "--method", "nlvo")
     assert "\npreferred collides after 3.25 s" in said.out
     assert "exceeds" not in said.out
+    assert "\npreferred collides with nothing within the horizon\n" in say("explain", "empty").out
 
 
 def test_decide_shows_the_limits_that_the_preferred_control_exceeds(say: Say) -> None:
@@ -1067,8 +1078,14 @@ def test_the_decisions_of_a_run_and_of_its_scenario_are_explained_alike(say: Say
         np.testing.assert_array_equal(found["control"], run.controls[step, 0])
         names = {obstacle.name for obstacle in run.obstacles}
         assert names >= {one["obstacle"] for one in (*found["passes"], found["preferred_hits"]) if one}
-        assert any(one["cost"] is not None for one in found["alternatives"])
-        kept += found["began"] < found["time"]
+        costs = [one["cost"] for one in found["alternatives"] if one["cost"] is not None]
+        assert costs
+        # The manoeuvre in force is compared with them: a new one is the best, a kept one at most by the patience worse.
+        is_kept = found["began"] < found["time"]
+        assert found["cost"] <= (1.01 * min(costs) if is_kept else min(costs)) + 1e-9
+        told_of = next(one for one in found["sentences"] if one.startswith("Kept " if is_kept else "Chosen "))
+        assert told_of.endswith(f": arrives in {found['cost']:.2f} s.")
+        kept += is_kept
         told = say("decide", "run.h5", "--at", at).out
         assert told.endswith("\n".join(found["sentences"]) + "\n")
     assert kept > 0

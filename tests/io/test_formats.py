@@ -136,15 +136,14 @@ def test_jumps_are_refused_if_a_speed_is_given(name: str, tmp_path: Path) -> Non
 
 @ALL
 def test_gaps_are_split(name: str, tmp_path: Path) -> None:
-    """Into parts whose names say so; a part of a single row is left out. Without `gap`, a gap is noted."""
+    """Into parts whose names say so; a part of a single row is left out. Without `gap`, where agents jump or return."""
     tick = SAMPLES[name].tick
     later = [*((k + 60, 7, x, y) for k, _, x, y in WALK[:5]), (40, 3, 0.0, 0.0)]
     rows = [*WALK, *later]
-    whole = read(tmp_path, name, rows)
+    whole = read(tmp_path, name, rows, gap=np.inf)
     check(whole, rows, name)
-    (bridged,) = (note for note in whole.notes if "bridged by the interpolation" in note)
-    assert bridged.startswith(f"2 gaps longer than {3 * tick:g} s bridged")
-    assert bridged.endswith(f"the longest {52 * tick:g} s (agent 7, t = {8 * tick:g} s)")
+    told = " ".join(read(tmp_path, name, rows).notes)
+    assert "2 gaps of agents 3, 7 split, where the way over the gap is no motion of its agent" in told
     parts = read(tmp_path, name, rows, gap=3 * tick)
     assert list(parts.agents) == ["3", "7", "7.1", "12"]
     gap = f"agent 7 split at a gap of {52 * tick:g} s (t = {8 * tick:g} s) into 7 and 7.1"
@@ -157,6 +156,33 @@ def test_gaps_are_split(name: str, tmp_path: Path) -> None:
     assert list(read_recording(tmp_path / SAMPLES[name].name, gap=52 * tick, **SAMPLES[name].settings).agents) == list(
         whole.agents
     )
+
+
+@pytest.mark.parametrize(
+    ("later", "parts"),
+    [
+        ((1.5, 1.2, 0.0), 1),  # it goes on
+        ((1.4, 0.85, 0.85), 1),  # it turns by half a right angle
+        ((0.7, 0.6, 0.0), 1),  # slower
+        ((0.2, 1.2, 0.0), 2),  # another one where it vanished
+        ((-3.0, 1.2, 0.0), 2),  # where it appeared
+        ((6.0, 1.2, 0.0), 2),  # too far
+        ((0.6, -1.2, 0.0), 2),  # towards it
+    ],
+)
+def test_ids_used_again_are_two_agents(later: tuple[float, float, float], parts: int, tmp_path: Path) -> None:
+    """Walkers at 1.2 m/s with noise of 1 cm, at 25 Hz, with a gap of 1.2 s; `later`: way over it, velocity after it."""
+    rng, times = np.random.default_rng(3), np.arange(100) / 25.0
+    across, velocity = later[0], np.array(later[1:])
+    first = times[:, None] * (1.2, 0.0)
+    second = first[-1] + (across, 0.0) + times[:, None] * velocity
+    rows = np.concatenate([first, second]) + rng.normal(0.0, 0.01, (200, 2))
+    stamps = np.concatenate([times, times[-1] + 1.2 + times])
+    lines = [f"{t:.2f},7,{x:.4f},{y:.4f}" for t, (x, y) in zip(stamps, rows)]
+    found = read_recording(text(tmp_path, "a.csv", "\n".join(["t,id,x,y", *lines]) + "\n"), unit="m")
+    assert len(found.agents) == parts
+    assert (" of agent 7 split, " in found.notes[0]) == (parts == 2)
+    assert "--gap" in found.notes[0]
 
 
 @ALL
@@ -269,7 +295,7 @@ def written(folder: Path, tracks: RecordedTracks, name: str, rate: float) -> Rec
     """What is read from the file to which tracks were written."""
     path = folder / SAMPLES[name].name
     write_recording(path, tracks, name, **({} if name == "csv" else {"frame_rate": rate}))
-    return read_recording(path, unit="m")
+    return read_recording(path, unit="m", gap=np.inf)
 
 
 @st.composite

@@ -104,6 +104,19 @@ def test_drawings_in_dxf_have_units_and_arcs(unit: int | None, given: str | floa
     assert ("as assumed" in read_walls(path).notes[0]) == (unit is None)
 
 
+def test_drawings_in_svg_are_turned_on_demand(tmp_path: Path) -> None:
+    """Within the view box, or the height: as the same drawing in a format whose y points up."""
+    line = '<polyline points="1 2 4 2 4 5"/>'
+    for head, height in (('viewBox="0 -1 9 8"', 6.0), ('width="9" height="8"', 8.0)):
+        path = written(tmp_path, "a.svg", f'<svg xmlns="http://www.w3.org/2000/svg" {head}>{line}</svg>')
+        down, turned = read_walls(path, "cm"), read_walls(path, "cm", up=True)
+        points = 0.01 * np.array([(1, height - 2), (4, height - 2), (4, height - 5)])
+        np.testing.assert_allclose(turned.obstacles[0].shape.points, points)
+        assert ["y points down" in "".join(one.notes) for one in (down, turned)] == [True, False]
+    written(tmp_path, "s.yaml", f"walls: a.svg\nwalls_unit: cm\nwalls_up: true\n{ROBOTS}")
+    np.testing.assert_allclose(read_scenario(tmp_path / "s.yaml").obstacles[-1].shape.points, points)
+
+
 def test_drawings_in_svg_are_in_units_of_their_view_box(tmp_path: Path) -> None:
     box, arc = lines(written(tmp_path, "a.svg", SVG), 0.5)
     assert np.allclose(box, [[0.5, 1], [2.5, 1], [2.5, 1.5], [0.5, 1.5], [0.5, 1]])
@@ -208,6 +221,7 @@ def test_a_scenario_names_a_file_of_walls(tmp_path: Path) -> None:
     [
         ("walls: none.wkt", ["none.wkt: expected a readable text file, found no such file"]),
         ("walls: hall.wkt\nwalls_unit: inch", ["a.yaml:2:13: walls_unit: expected a number [m] or one of"]),
+        ("walls: hall.wkt\nwalls_up: true", ["a.yaml:2:11: walls_up: expected it with a drawing in SVG"]),
         ("walls: 3", ["3: expected walls in a file that ends in"]),
     ],
 )

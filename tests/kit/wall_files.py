@@ -128,6 +128,7 @@ REFUSED_WALLS: dict[str, tuple[str, str]] = {
 
 OF_WALL_FILES: dict[str, Callable[[Path], object]] = {
     r"a\.txt: expected walls in a file that ends in \.wkt \(shapes in WKT\), ": reading("a.txt", ""),
+    r"a\.png: expected walls .* found an image: .* map of nav2; `slalom\.occupancy` makes ": reading("a.png", ""),
     r"a\.wkt: expected walls, found none": reading("a.wkt", "POINT (1 2)"),
     r"a\.wkt: expected positions of at most ": reading("a.wkt", "LINESTRING (0 0, 1e300 0)"),
     r"a\.geojson: expected a unit, found positions that are degrees by ": reading("a.geojson", features(STREET)),
@@ -149,6 +150,9 @@ OF_WALL_FILES |= {
 OF_WALL_UNITS: dict[str, Callable[[Path], object]] = {
     r"unit: expected a number \[m\] or one of m, .*; found 'inch'": reading("a.wkt", "LINESTRING (0 0, 1 0)", "inch"),
     r"unit: expected the length of a unit of a\.svg, as 0\.04 or cm, found none": reading("a.svg", SVG),
+    r"up: expected it with a drawing in SVG, whose y points down, found it with a\.wkt": lambda folder: read_walls(
+        written(folder, "a.wkt", "LINESTRING (0 0, 1 0)"), up=True
+    ),
     r"unit: expected none for a\.yaml, which states its own, found cm": reading("a.yaml", "", "cm"),
     r"radii: expected numbers above 0 m, found 0 m": lambda _: routes([(0, 0)], [(1, 0)], 0.0, ()),
     r"goals\[0\]: expected a place apart from the start, found \[0\. 0\.\]": lambda _: routes(

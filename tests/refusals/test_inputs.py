@@ -748,6 +748,7 @@ def without_goal(content: dict) -> None:
 
 REFUSED: dict[str, Callable[[Path], object]] = {
     r"--walls-unit: expected only with --walls, found 'mm'": command("run", "empty", "--walls-unit", "mm"),
+    r"--walls-up: expected only with --walls, found True": command("run", "empty", "--walls-up"),
     r"--walls-unit: expected the length of a unit of a\.svg": command("run", "empty", "--walls", "{}/a.svg"),
     r"now: expected a time after the previous decision at 0 s, found the same for another position": lambda _: (
         navigator().decide(State((0.1, 0.0), (1.0, 0.0)), [], GOAL, previous=decision())

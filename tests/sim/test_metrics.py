@@ -20,17 +20,19 @@ from slalom import (
     ConstantVelocity,
     Disc,
     Goal,
+    Limits,
     Obstacle,
     Polygon,
     Polyline,
     Rectangle,
     Sampled,
+    State,
     Stationary,
     Trajectory,
     Union,
 )
 from slalom.base.errors import InvalidInput
-from slalom.sim import Recording, metrics, simulate
+from slalom.sim import Recording, Robot, Scenario, metrics, simulate
 from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import (
     METRIC,
@@ -41,6 +43,7 @@ from slalom.sim.measure.closest_approach import (
 )
 from slalom.sim.measure.metrics import ADJUSTMENT, COLLISION, METRICS, STALLED_SPEED
 from slalom.sim.measure.responses import RecordedResponses
+from slalom.sim.measure.tidy_table import columns_of
 
 
 def test_every_metric_has_a_docstring() -> None:
@@ -458,3 +461,29 @@ def test_clearances_between_robots_are_those_of_dense_samples(
             sampled = float(np.linalg.norm(paths[i] - paths[j], axis=1).min()) - radii
             assert found[i, j] == found[j, i] <= sampled + METRIC
             assert found[i, j] >= sampled - 1e-3
+
+
+MOTION = (
+    *("max_acceleration", "mean_acceleration", "max_speed", "mean_speed", "max_jerk", "mean_jerk", "adjustments"),
+    *("adjustment_rate", "stalled_time", "failures_to_progress", "path_length", "sign_reversals", "course_changes"),
+    *("heading_change", "heading_variation", "changed_choices", "space_compliance", "efficacy", "extra_time"),
+)
+
+
+@pytest.mark.parametrize("method", ["nao", "nao_shared", "orca_limited"])
+def test_metrics_of_a_robot_end_where_it_leaves(method: str) -> None:
+    """Beside one that drives on, the first has the metrics that it has alone, and no step exceeds a limit."""
+    robots = tuple(
+        Robot(Disc(0.3), Limits(2.0, 1.5), State((0.0, y), (0.0, 0.0)), Goal(Stationary((x, y)), 0.3), name)
+        for name, x, y in (("short", 5.0, 0.0), ("long", 12.0, 30.0))
+    )
+    both = simulate(Scenario("leaves", robots, duration=20.0, guided=False), method)
+    alone = simulate(Scenario("leaves", robots[:1], duration=20.0, guided=False), method)
+    assert both.arrived[0] == alone.arrived[0] == both.only("short").times[-1] < both.arrived[1]
+    for name in MOTION:
+        assert METRICS[name](both, "short") == pytest.approx(METRICS[name](alone), abs=1e-9), name
+    assert np.linalg.norm(both.accelerations, axis=2).max() <= 1.5 + 1e-9
+    table = columns_of(both)
+    own = table["robot"] == "short"
+    assert table["time"][own].tolist() == alone.times.tolist()
+    assert np.isnan(table["ax"][own]).tolist() == [False] * len(alone.accelerations) + [True]

@@ -1,5 +1,10 @@
 """Videos of runs, read back."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +81,30 @@ def test_between_steps_robots_move_with_the_acceleration_of_the_step(run: Record
         expected = run.positions[k] + 0.5 * run.dt * run.velocities[k] + 0.125 * run.dt**2 * run.accelerations[k]
         np.testing.assert_allclose(film.states(half)[0], expected, atol=1e-12)
         np.testing.assert_allclose(film.states(float(run.times[k]))[0], run.positions[k], atol=1e-9)
+
+
+def test_obstacles_have_paths_behind_them(run: Recording) -> None:
+    """As long as those of robots: none without a trail, and none before an obstacle exists."""
+    car = run.obstacles[2]
+    for trail, drawn in ((0.0, False), (1.0, True)):
+        film = Film(run, trail=trail)
+        there, before = (pixel(film, car.trajectory.position(t)).round().astype(int) for t in (0.3, -0.3))
+        for (column, row), expected in ((there, drawn), (before, False)):
+            around = film.at(1.0)[row - 2 : row + 3, column - 2 : column + 3].astype(int)
+            assert (around.max(axis=2).min() < 210) == expected
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_video_that_is_stopped_leaves_no_file(name: str, run: Recording, tmp_path: Path) -> None:
+    run.save(tmp_path / "run.h5")
+    command = [sys.executable, "-m", "slalom", "animate", "run.h5", "run.mp4", "--speed", "0.0004"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        while not list(tmp_path.glob(".slalom-*/run.mp4")):
+            assert process.poll() is None
+            time.sleep(0.02)
+        process.send_signal(getattr(signal, name))
+        assert process.wait(60) == 128 + getattr(signal, name)
+    assert os.listdir(tmp_path) == ["run.h5"]
 
 
 def test_in_space_a_run_is_seen_from_above_and_from_the_side(tmp_path: Path) -> None:

@@ -590,3 +590,21 @@ def test_heights_do_not_hide_each_other() -> None:
     heights = [text.get_text() for text in ax.texts if text.get_gid() == "height"]
     assert len(heights) == 2
     assert heights[0] == "5.0"
+
+
+def test_control_spaces_in_a_grid_do_not_overlap() -> None:
+    """With their labels, legends and colour bars, on a page and in a square."""
+    robot = slalom.State((0.0, 0.0), (1.0, 0.0))
+    car = slalom.Obstacle(slalom.Disc(1.0), slalom.ConstantVelocity((6.0, 1.0), (-1.0, 0.0)), "car")
+    blocked = slalom.control_obstacle(slalom.Acceleration(), robot, [car], slalom.Disc(0.5), horizon=5.0)
+    for size in ((7.16, 6.5), (7.0, 7.0), (3.5, 7.0)):
+        figure = Figure(figsize=size)
+        panels = figure.subplots(2, 2) if size[0] > 4.0 else figure.subplots(3, 1)
+        for ax in panels.flat:
+            view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 2.0), resolution=21)
+        FigureCanvasAgg(figure).draw()
+        boxes = [ax.get_tightbbox() for ax in panels.flat]
+        for one, other in itertools.combinations(boxes, 2):
+            assert not one.overlaps(other)
+        assert all(box.x0 >= 0.0 and box.y0 >= 0.0 for box in boxes)
+        assert all(ax.get_legend().get_window_extent().y1 < ax.xaxis.get_tightbbox().y0 + 1.0 for ax in panels.flat)

@@ -248,7 +248,9 @@ export class App {
   }
 
   private show(name: string, visible: boolean): void {
-    const found = this.root.querySelector<HTMLElement>(`[data-field="${name}"]`);
+    // The view beside this one is in this one, before the fields.
+    const all = [...this.root.querySelectorAll<HTMLElement>(`[data-field="${name}"]`)];
+    const found = all.find((field) => field.closest(".slalom") === this.root);
     if (found) found.hidden = !visible;
   }
 

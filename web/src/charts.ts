@@ -1,6 +1,6 @@
 // Charts of the selected robot over time, with a cursor at the time that is shown.
 
-import { number, text, ticks, type, type Context } from "./geometry.ts";
+import { labels, number, text, type, type Context } from "./geometry.ts";
 import { METRICS, type Metric } from "./metrics.ts";
 import type { Model } from "./model.ts";
 import type { Theme } from "./theme.ts";
@@ -88,11 +88,11 @@ function drawAxes(
   const base = height - FOOT;
   g.strokeStyle = theme.grid;
   g.lineWidth = 1;
-  for (const value of ticks(low, top, Math.max(1, (base - TOP) / (26 * type.scale)))) {
+  for (const value of labels(low, top, (base - TOP) / (26 * type.scale))) {
     line(g, [LEFT, y(value)], [width - RIGHT, y(value)]);
     text(g, theme, number(value), LEFT - 5, y(value), { align: "right", baseline: "middle", size: 10, colour: theme.faint, plain: true });
   }
-  const times = ticks(start, start + span, (width - LEFT) / (60 * type.scale));
+  const times = labels(start, start + span, (width - LEFT) / (60 * type.scale));
   for (const t of times) {
     line(g, [x(t - start), base], [x(t - start), base + 3]);
     const words = t === times[times.length - 1] ? `${number(t)} s` : number(t);

@@ -1,7 +1,7 @@
 // The control space: control obstacles by time to collision, admissible set, preferred and chosen control.
 
 import { drawDeciding, drawElements } from "./elements.ts";
-import { number, text, ticks, type, Viewport, type Context } from "./geometry.ts";
+import { labels, number, text, type, Viewport, type Context } from "./geometry.ts";
 import { emphasised } from "./highlights.ts";
 import type { Model } from "./model.ts";
 import type { Control, PlaneInfo } from "./protocol.ts";
@@ -288,7 +288,7 @@ export function drawAxes(g: Context, names: string[], unit: string, view: Viewpo
   g.lineWidth = 1;
   g.strokeRect(view.left + 0.5, view.top + 0.5, view.width, view.height);
   const base = view.top + view.height;
-  for (const value of ticks(-half, half, view.width / (70 * type.scale))) {
+  for (const value of labels(-half, half, view.width / (70 * type.scale))) {
     const [x, y] = [view.px(value), view.py(value)];
     g.beginPath();
     g.moveTo(x, base);
@@ -320,7 +320,7 @@ export function drawBar(g: Context, horizon: number, view: Viewport, theme: Them
   g.strokeStyle = theme.ink;
   g.lineWidth = 1;
   g.strokeRect(x + 0.5, view.top + 0.5, width, view.height);
-  for (const value of ticks(0, horizon, 6)) {
+  for (const value of labels(0, horizon, Math.min(6, view.height / (18 * type.scale)))) {
     const y = view.top + view.height * (1 - value / horizon);
     text(g, theme, number(value), x + width + 4, y, { baseline: "middle", size: 11, plain: true });
   }

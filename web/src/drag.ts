@@ -6,6 +6,7 @@ import { orbit, type Eye } from "./camera.ts";
 import { handles, hit, pixel, place, type Handle } from "./handles.ts";
 import { bodyInSpace } from "./hover.ts";
 import { gridWords } from "./legends.ts";
+import { among } from "./model.ts";
 import type { Theme } from "./theme.ts";
 import { tip } from "./workspace.ts";
 
@@ -336,8 +337,11 @@ export class Dragging {
     g.strokeStyle = theme.goal;
     g.lineWidth = 2;
     g.strokeRect(x - 9, y - 9, 18, 18);
+    const { model } = this.app;
     const name = handle.what.replace("_", " ");
-    const of = handle.what.startsWith("obstacle") ? ` ${this.app.model.scene!.obstacles[handle.index]?.name ?? ""}` : "";
+    // The name of a body that the sentence names is there already.
+    if (handle.what === "obstacle" && among(model.named(), "obstacle", handle.index)) return;
+    const of = handle.what.startsWith("obstacle") ? ` ${model.scene!.obstacles[handle.index]?.name ?? ""}` : "";
     text(g, theme, name + of.replace(/^ obstacle/, ""), x + 13, y - 8, { size: 12, colour: theme.goal });
   }
 

@@ -12,7 +12,7 @@ import {
   type Method,
   type Vector,
 } from "./engine.ts";
-import { controlSquare, drawControlSpace, drawScene, first, UNITS, type Picture } from "./explorer_draw.ts";
+import { controlSquare, drawControlSpace, drawScene, extrapolates, FEW, first, UNITS, type Picture } from "./explorer_draw.ts";
 import { Grasp } from "./explorer_drag.ts";
 import { copied, decision, half, IDEAS, read, written, type Scene } from "./explorer_scene.ts";
 import css from "./explorer.css";
@@ -217,16 +217,10 @@ export class Explorer {
       legend.replaceChildren(
         entry("disc", quantity, this.theme.robot),
         entry("line", "admissible set", this.theme.ink),
-        ...(scene.obstacles.length < 5 ? [entry("cross", `${quantity} of an obstacle`)] : []),
+        ...(scene.obstacles.length && scene.obstacles.length <= FEW ? [entry("cross", `${quantity} of an obstacle`)] : []),
         ...(this.ahead > 0 ? [entry("thin", "elements at the time ahead", this.theme.ink)] : []),
       );
     });
-    this.workspace.legend.replaceChildren(
-      entry("disc", "robot", this.theme.robot),
-      entry("disc", "obstacle", this.theme.neutral),
-      entry("scale", `contact: now to ${scene.horizon} s`),
-      entry("dash", "as a method extrapolates", this.theme.faint),
-    );
     const value = scene.hold === null ? "horizon" : String(scene.hold);
     if (![...this.hold.options].some((option) => option.value === value))
       this.hold.append(new Option(`for ${value} s, then coasts`, value));
@@ -420,6 +414,9 @@ export class Explorer {
     return [g, width, height];
   }
 
+  /** What the legend of the workspace shows. */
+  private marks = "";
+
   private draw(): void {
     const picture = this.picture();
     const [g, width, height] = this.context(this.workspace.canvas);
@@ -430,6 +427,19 @@ export class Explorer {
       const [h, across, down] = this.context(this.controls[slot]!.canvas);
       drawControlSpace(h, picture, slot, across, down);
     });
+    const { scene, times } = picture;
+    const some = scene.obstacles.length > 0;
+    const marks = [times[times.length - 1]!.includes(Infinity), some, extrapolates(picture)];
+    const key = `${this.theme === DARK} ${scene.horizon} ${marks.join()}`;
+    if (key !== this.marks) {
+      this.marks = key;
+      this.workspace.legend.replaceChildren(
+        entry("disc", "robot", this.theme.robot),
+        entry("scale", `contact: now to ${scene.horizon} s`, "", marks[1]),
+        entry("disc", "obstacle", this.theme.neutral, marks[0]),
+        entry("dash", "as a method extrapolates", this.theme.faint, marks[2]),
+      );
+    }
     const words = this.sentences(picture);
     if (this.why.textContent !== words) this.why.textContent = words;
   }

@@ -52,7 +52,11 @@ export class Grasp {
       this.app.redraw();
     });
     canvas.addEventListener("pointermove", (event) => {
-      if (this.active) return this.drag(event.offsetX, event.offsetY);
+      if (this.active) {
+        this.drag(event.offsetX, event.offsetY);
+        this.app.hover.textContent = slot === null ? this.words(this.active) : "";
+        return;
+      }
       const found = slot === null ? this.hit(event.offsetX, event.offsetY) : null;
       canvas.style.cursor = found ? "grab" : slot === null ? "default" : "crosshair";
       this.app.hover.textContent = found ? this.words(found) : "";

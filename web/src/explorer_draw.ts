@@ -26,7 +26,7 @@ export const UNITS: Record<Quantity, { letter: string; unit: string; many: strin
   acceleration: { letter: "a", unit: "m/s²", many: "accelerations" },
 };
 /** [1] Obstacles up to which the velocities of all have handles and arrows; of more, that of the selected one. */
-const FEW = 4;
+export const FEW = 4;
 
 export interface Picture {
   scene: Scene;
@@ -227,16 +227,29 @@ function drawPaths(g: Context, { scene, decision, times, theme }: Picture, view:
       g.stroke();
     }
   }
-  decision.bodies.forEach((one, index) => {
-    scene.methods.forEach((method, slot) => {
+  for (const predicted of extrapolated({ scene, decision, times })) {
+    polyline(g, view, sampled(predicted, scene.horizon));
+    stroke(g, theme.faint, 1.3, [3, 4]);
+  }
+}
+
+/** Bodies as methods extrapolate them, where that differs from their motion. */
+function extrapolated({ scene, decision, times }: Pick<Picture, "scene" | "decision" | "times">): Body[] {
+  const few = scene.obstacles.length <= FEW;
+  const firsts = times.map(first);
+  return decision.bodies.flatMap((one, index) =>
+    scene.methods.flatMap((method, slot) => {
       const predicted = METHODS[method].predict(one);
-      if (!predicted || !(few || firsts[slot] === index)) return;
+      if (!predicted || !(few || firsts[slot] === index)) return [];
       const [a, b] = [position(one, scene.horizon), position(predicted, scene.horizon)];
-      if (Math.hypot(a[0] - b[0], a[1] - b[1]) < 1e-6) return;
-      polyline(g, view, sampled(predicted, scene.horizon));
-      stroke(g, theme.faint, 1.3, [3, 4]);
-    });
-  });
+      return Math.hypot(a[0] - b[0], a[1] - b[1]) < 1e-6 ? [] : [predicted];
+    }),
+  );
+}
+
+/** Whether a method extrapolates a motion that differs from the true one. */
+export function extrapolates(picture: Picture): boolean {
+  return extrapolated(picture).length > 0;
 }
 
 /** Index of the obstacle that is touched first, -1 for none. */

@@ -182,6 +182,14 @@ export function ticks(low: number, high: number, count: number): number[] {
   return found;
 }
 
+/** Numbers for an axis: about `count`, and at least two besides 0. */
+export function labels(low: number, high: number, count: number): number[] {
+  for (let most = Math.max(1, count); ; most *= 1.25) {
+    const found = ticks(low, high, most);
+    if (found.filter((value) => value !== 0).length > 1) return found;
+  }
+}
+
 export function number(x: number): string {
   const rounded = Number(x.toPrecision(6));
   return String(Object.is(rounded, -0) ? 0 : rounded).replace("-", "−");

@@ -1,6 +1,7 @@
 // Titles and legends.
 
 import type { App } from "./app.ts";
+import type { Body, Model } from "./model.ts";
 import { DARK, OUTCOMES } from "./theme.ts";
 import type { Control } from "./protocol.ts";
 import { el, entry } from "./ui.ts";
@@ -67,18 +68,17 @@ export function legends(app: App): void {
   const space = scene.dimension === 3;
   const guided = Boolean(control?.target);
   const target = scene.robots[model.selected]!.path ? "point ahead on the path" : "target of guidance";
-  const key = `${model.farthest} ${guided} ${target} ${several} ${model.colouring} ${theme === DARK} ${!!control} ${model.element > 0} ${!!control?.binding.length}`;
+  const there = shownOf(model, control);
+  const key = `${model.farthest} ${guided} ${target} ${several} ${model.colouring} ${theme === DARK} ${!!control} ${Object.values(there).join()}`;
   put(parts.workspace.legend, key, () => {
     const alone = space ? "robot" : "robot, arrow: motion in 1 s";
     const items = [several ? entry("ring", "selected robot", theme.robot) : entry("disc", alone, theme.robot)];
     items.push(entry("ring", "goal", theme.goal));
     if (guided && !space) items.push(entry("square", target, theme.goal));
     if (control) {
-      items.push(entry("line", "committed, dot per second", theme.robot));
       items.push(entry("dash", "preferred, to first contact", theme.ink));
+      items.push(entry("line", "committed, dot per second", theme.robot, there.path));
     }
-    if (scene.obstacles.length) items.push(entry("disc", "obstacle", theme.neutral));
-    if (several && model.colouring === "role") items.push(entry("disc", "other robot", theme.neutral));
     if (several && model.colouring === "outcome") {
       const known = new Map(Object.values(OUTCOMES).map(({ colour, label }) => [label, colour]));
       for (const [label, colour] of known) items.push(entry("disc", label, colour));
@@ -90,23 +90,44 @@ export function legends(app: App): void {
       items.push(entry("scale", `time to the goal at full speed: 0 to ${model.farthest ?? "…"} s`));
     }
     if (control && (model.colouring === "role" || !several)) {
-      items.push(entry("scale", "hit by the preferred control: soon to late"));
+      items.push(entry("scale", there.hit ? "hit by the preferred control: soon to late" : "predicted paths: soon to late", "", there.coloured));
     }
-    if (model.element > 0) items.push(entry("dash", "predicted, at the time ahead", theme.faint));
+    if (several && model.colouring === "role") items.push(entry("disc", "other robot", theme.neutral, there.others));
+    if (scene.obstacles.length) items.push(entry("disc", "obstacle", theme.neutral, there.obstacles));
+    if (model.element > 0) items.push(entry("dash", "predicted, at the time ahead", theme.faint, there.coloured));
     return items;
   });
-  for (const { legend } of parts.controls) {
-    put(legend, key, () => [
+  for (const [slot, { legend }] of parts.controls.entries()) {
+    const own = model.control(slot);
+    const rings = Boolean(own?.arrays[`rings${app.plane}`]);
+    const marks = [!!own?.arrays[`admissible${app.plane}`], !model.hidden && !!own?.chosen, rings, !model.hidden && !!own?.binding.some(({ time }) => time > 0)];
+    put(legend, `${key} ${marks.join()} ${model.deciding} ${model.element > 0}`, () => [
       entry("ring", "preferred", theme.robot),
-      entry("disc", "chosen", theme.robot),
-      entry("line", "admissible set", theme.ink),
+      entry("line", "admissible set", theme.ink, marks[0]),
+      entry("disc", "chosen", theme.robot, marks[1]),
       ...(space
         ? [entry("dash", "where the slice is", theme.goal), entry("blank", "uncoloured in 1, 2, 3: a safe control exists")]
-        : [entry("thin", "control obstacle of each obstacle", theme.ink)]),
-      ...(!space && model.deciding && control?.binding.length ? [entry("dash", "deciding elements", theme.robot)] : []),
-      ...(!space && model.element > 0 ? [entry("thin", "elements at the time ahead", theme.ink)] : []),
+        : [entry("thin", "control obstacles", theme.ink, marks[2])]),
+      ...(!space && model.deciding ? [entry("dash", "deciding elements", theme.robot, marks[3])] : []),
+      ...(!space && model.element > 0 ? [entry("thin", "elements at the time ahead", theme.ink, there.coloured)] : []),
     ]);
   }
+}
+
+/** Which marks the workspace has now. */
+function shownOf(model: Model, control: Control | null): Record<"path" | "hit" | "coloured" | "others" | "obstacles", boolean> {
+  const { robots, obstacles } = model.scene!;
+  const hits = new Set<string>();
+  const contact = control?.arrays["contact"]!.values;
+  control?.others.forEach(([kind, k], row) => contact![row]! >= 0 && hits.add(`${kind} ${k}`));
+  const grey = (kind: Body["kind"], index: number): boolean => !hits.has(`${kind} ${index}`) && model.at({ kind, index }) !== null;
+  return {
+    path: Boolean(control && model.path(control)),
+    hit: hits.size > 0,
+    coloured: hits.size > 0 || Boolean(control?.predicted.length),
+    others: robots.some((_, k) => k !== model.selected && grey("robot", k)),
+    obstacles: obstacles.some((_, k) => grey("obstacle", k)),
+  };
 }
 
 /** [s] Time to collision of a control by the grid, Infinity for none; null outside of the picture. */

@@ -198,6 +198,11 @@ export class Model {
     return false;
   }
 
+  /** Whether a control space is of another decision than the one in force. */
+  late(control: Control): boolean {
+    return this.decided(control.step) !== this.decided(this.step);
+  }
+
   /** Whether the choice of the decision that is shown is hidden. */
   get hidden(): boolean {
     return this.quiz && this.asked !== this.decided(this.step);
@@ -220,7 +225,7 @@ export class Model {
     if (!control) return [];
     const rows = this.probe ? [this.probe.first ?? -1] : [control.first, ...(this.hidden ? [] : control.binding.slice(0, 2)).map(({ other }) => other)];
     const others = this.probe?.slot ? (this.control(1) ?? control).others : control.others;
-    return rows.flatMap((row) => {
+    return [...new Set(rows)].flatMap((row) => {
       const [kind, index] = others[row] ?? ["hidden", 0];
       return kind === "hidden" ? [] : [{ kind, index }];
     });

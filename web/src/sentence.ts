@@ -1,7 +1,8 @@
 // The sentence that explains the choice; the names in it emphasise their bodies.
 
 import type { App } from "./app.ts";
-import { among, type Body } from "./model.ts";
+import { among, type Body, type Model } from "./model.ts";
+import type { Control } from "./protocol.ts";
 import { el } from "./ui.ts";
 
 const QUESTION = "Which control does the robot choose? ";
@@ -20,9 +21,9 @@ export function sentence(app: App): void {
     : model.hidden
       ? QUESTION
       : control && second
-        ? [control, second].map((one) => `${one.method.toUpperCase()}: ${one.sentences.join(" ")}`).join("\n")
+        ? [control, second].map((one) => `${one.method.toUpperCase()}: ${told(model, control, one)}`).join("\n")
         : control
-          ? control.sentences.join(" ")
+          ? told(model, control, control)
           : outcome && `Last decision: ${outcome.toLowerCase()}.`;
   const named = model.named();
   const key = `${words} ${named.map(({ kind, index }) => `${kind} ${index}`).join()} ${model.quiz}`;
@@ -34,6 +35,13 @@ export function sentence(app: App): void {
   });
   parts.reveal.hidden = !model.quiz;
   parts.reveal.textContent = model.hidden ? "show the choice" : "hide the choice";
+}
+
+/** The sentences of one of the decisions in a state, with its time where the first one is not in force. */
+function told(model: Model, control: Control, one: Control): string {
+  const { start, dt } = model.scene!;
+  const when = model.late(control) ? `At t = ${(start + dt * control.step).toFixed(1)} s: ` : "";
+  return when + one.sentences.join(" ");
 }
 
 /** A text whose names of bodies, where they are hit or passed, can be pointed at. */

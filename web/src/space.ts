@@ -2,7 +2,7 @@
 
 import { Eye } from "./camera.ts";
 import { robotColour } from "./colouring.ts";
-import { number, text, ticks, type Context } from "./geometry.ts";
+import { labels, number, text, type Context } from "./geometry.ts";
 import { drawNamesInSpace } from "./highlights.ts";
 import type { Model } from "./model.ts";
 import { forPredicted, interpolated } from "./predicted.ts";
@@ -148,7 +148,7 @@ function drawGround(g: Context, model: Model, theme: Theme, eye: Eye): void {
     g.moveTo(p.x, p.y);
     g.lineTo(q.x, q.y);
   };
-  const [xs, ys, zs] = [0, 1, 2].map((c) => ticks(low[c]!, high[c]!, c === 2 ? 3 : 5)) as [number[], number[], number[]];
+  const [xs, ys, zs] = [0, 1, 2].map((c) => labels(low[c]!, high[c]!, c === 2 ? 3 : 5)) as [number[], number[], number[]];
   g.strokeStyle = theme.grid;
   g.lineWidth = 1;
   g.beginPath();

@@ -234,9 +234,9 @@ export function build(live: boolean) {
 
 export type Parts = ReturnType<typeof build>["parts"];
 
-/** A legend entry: a mark and words. */
-export function entry(mark: string, words: string, colour = ""): HTMLElement {
+/** A legend entry: a mark and words, hidden where the picture lacks the mark. */
+export function entry(mark: string, words: string, colour = "", there = true): HTMLElement {
   const swatch = el("i", { class: `mark ${mark}` });
   if (colour) swatch.style.setProperty("--mark", colour);
-  return el("span", { class: "entry" }, swatch, words);
+  return el("span", { class: there ? "entry" : "entry absent" }, swatch, words);
 }

@@ -75,6 +75,7 @@ MEANINGS: Final[Mapping[str, Mapping[str, str]]] = {
         "recording": "recorded agents as obstacles: keys of a recording",
         "walls": "file of walls, relative to the scenario file",
         "walls_unit": "m, cm, mm, km, ft or a number [m]; by default as the file of walls states",
+        "walls_up": "whether to turn a drawing in SVG, whose y points down",
         "start": "[s] absolute time of the start",
         "duration": "[s] after which a robot that has not arrived has failed",
         "dt": "[s] between steps",

@@ -178,7 +178,7 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
 
 LABELS = {"time_to_collision": "preferred collides"}
 """Labels for keys of the result that do not name their control."""
-EXPLAINED = ("sentences", "preferred_hits", "passes", "limits", "alternatives")
+EXPLAINED = ("sentences", "preferred_hits", "passes", "limits", "cost", "alternatives")
 """Keys of an explanation that its sentences say."""
 
 
@@ -195,6 +195,7 @@ class DecisionFigure:
         if self.file is not None:
             from slalom import view
 
+            title = f"{title}, {navigator.method.name}: {decision.outcome.name.lower()}"
             figure = view.decision(decision, navigator, goal, title=title, uncertainty=self.uncertainty)
             self.look.save(figure, self.file)
 
@@ -416,6 +417,6 @@ def _text(result: dict[str, Any]) -> str:
     limits = f"{shown.pop('max_speed'):.4g} m/s, {shown.pop('max_acceleration'):.4g} m/s^2"
     shown["preferred"] = formatted(shown["preferred"]) + ("" if admissible else f", exceeds the limits ({limits})")
     first = shown["time_to_collision"]
-    shown["time_to_collision"] = "not within the horizon" if first is None else f"after {formatted(first)} s"
+    shown["time_to_collision"] = "with nothing within the horizon" if first is None else f"after {formatted(first)} s"
     lines = [f"{LABELS.get(key, key):18} {formatted(value)}" for key, value in shown.items()]
     return "\n".join([*lines, "", *result["sentences"]])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 from cyclopts import Group, Parameter
 
 from slalom.base.errors import InvalidInput
-from slalom.cli.console import Names, vector_of
+from slalom.cli.console import Flag, Names, vector_of
 
 if TYPE_CHECKING:
     from slalom.sim import Scenario
@@ -34,7 +34,8 @@ class Reading:
     without
         Leave out the agents with these ids, separated by commas.
     gap
-        Split a track where its agent has no row for longer than this [s]; by default never.
+        Split a track where its agent has no row for longer than this [s], inf: never; by default where the motion over
+        a gap is not the agent's own, as where ids are used again.
     jump_speed
         Refuse an agent that is faster than this [m/s] between two rows; by default no limit.
     interpolation
@@ -164,10 +165,13 @@ class WallsFile:
         Add the walls of this .wkt, .geojson, .dxf, .svg, .map (MovingAI), .yaml (nav2) or .sqlite (JuPedSim) file.
     walls_unit
         Unit of the file, m, cm, mm, km, ft or a number [m]; by default as the file states, else m.
+    walls_up
+        Turn a drawing in SVG, whose y points down, so that it looks as in its viewer.
     """
 
     walls: Path | None = None
     walls_unit: str | None = None
+    walls_up: Flag = False
 
     def added_to(self, found: W) -> W:
         """Return a scenario or a recording with the walls. Raises as `io.walls.read_walls`."""
@@ -175,12 +179,13 @@ class WallsFile:
         from slalom.sim.files.schema import number_or_text
 
         if self.walls is None:
-            if self.walls_unit is not None:
-                raise InvalidInput(f"--walls-unit: expected only with --walls, found {self.walls_unit!r}")
+            for name, given in (("unit", self.walls_unit), ("up", self.walls_up or None)):
+                if given is not None:
+                    raise InvalidInput(f"--walls-{name}: expected only with --walls, found {given!r}")
             return found
         unit = None if self.walls_unit is None else number_or_text(self.walls_unit)
         try:
-            added: Walls = read_walls(self.walls, unit)
+            added: Walls = read_walls(self.walls, unit, up=self.walls_up)
         except InvalidInput as error:
             raise InvalidInput(f"--walls-{error}") from None
         changed: Any = {"obstacles": (*found.obstacles, *added.obstacles), "notes": (*found.notes, *added.notes)}

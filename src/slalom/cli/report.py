@@ -71,7 +71,8 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
     each = [recording.only(k) for k, t in enumerate(recording.appeared.tolist()) if t < float("inf")] or [recording]
     late = _appearances(recording)
     paths = [path_length(one) for one in each]
-    arrived = "arrived" if result["arrived"] == result["robots"] else "did not arrive"
+    robots, there = result["robots"], result["arrived"]
+    arrived = "arrived" if there == robots else f"{there} of {robots} arrived" if robots > 1 else "did not arrive"
     collisions = counted(result["collisions"], "collision") if result["collisions"] else "no collision"
     clearance = result["min_clearance"]
     decision_time, statuses = (

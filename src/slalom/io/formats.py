@@ -525,7 +525,8 @@ def read_recording(
 
     Args:
         format: name in FORMATS; recognised from the file if None.
-        gap: [s] split a track where its agent has no row for longer; never if None.
+        gap: [s] split a track where its agent has no row for longer, never for inf; None: where the motion over a
+            gap is not the agent's own, as where ids are used again.
         max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; no limit if None.
         interpolation: "smooth" or "linear", as of `Sampled`.
         keep: which of several rows of an agent at one time is read, "first" or "last"; such rows are a mistake if None.

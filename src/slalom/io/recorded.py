@@ -11,7 +11,7 @@ import numpy as np
 from slalom.base.checks import Array, known, positive
 from slalom.base.errors import InvalidFile
 from slalom.base.tolerances import LARGEST
-from slalom.kernels.arrays import Indices
+from slalom.kernels.arrays import Flags, Indices
 from slalom.model.trajectory import Sampled, Trajectory
 
 Mistake: TypeAlias = tuple[int, str]
@@ -308,7 +308,7 @@ def tracks_of(
     """Convert rows to tracks, one per agent and gap-free part.
 
     Args:
-        gap: [s] split a track where its agent has no row for longer; never if None.
+        gap: [s] split a track where its agent has no row for longer; None: where the motion over a gap is not its own.
         max_speed: [m/s] a larger mean speed between consecutive rows is a mistake; LARGEST if None.
         keep: which of several rows of an agent at one time is read, "first" or "last" in the file; a mistake if None.
 
@@ -316,7 +316,7 @@ def tracks_of(
         InvalidFile: two positions at one time, a jump, an extent below 0 (all at once); no agent with two rows.
         InvalidInput: `gap` or `max_speed` not above 0, an unknown interpolation or `keep`.
     """
-    longest = np.inf if gap is None else positive(gap, "gap")
+    longest = np.inf if gap in (None, np.inf) else positive(gap, "gap")
     fastest = LARGEST if max_speed is None else positive(max_speed, "max_speed")
     mistakes = list(_below_zero(rows))
     notes = [*rows.notes, *_unsorted(rows)]
@@ -335,12 +335,13 @@ def tracks_of(
     positions = rows.positions[order]
     step = np.diff(times)
     same = np.diff(agents) == 0
+    gaps = _gaps(step, same)
     split = same & (step > longest + STAMP_ROUNDING)
+    if gap is None:
+        split[[k for k in gaps.tolist() if not _own_motion(k, times, positions, same, gaps)]] = True
     mistakes += _conflicts(rows, order, same & (step == 0))
     mistakes += _jumps(rows, order, same & ~split & (step > 0), fastest)
     refuse(rows.path, mistakes, rows.location)
-    if gap is None:
-        notes += _bridged(rows, agents, times, same)
     properties, varying = _properties(rows)
     tracks: dict[str, Agent] = {}
     single: list[str] = []
@@ -355,7 +356,7 @@ def tracks_of(
             tracks[label] = Agent(track, **properties[agents[start]])
     if not tracks:
         raise InvalidFile([f"{rows.path}: expected an agent with two rows or more, found none"])
-    notes += [*splits, *varying]
+    notes += [*(splits if gap is not None else _on_gaps(rows, agents, times, gaps, split)), *varying]
     if single:
         notes.append(f"{counted(len(single), 'track')} with a single row left out: {named(single, 'id')}")
     return RecordedTracks(
@@ -433,18 +434,60 @@ def _line(rows: Rows, row: np.int64) -> str:
     return rows.location.format(path=rows.path.name, line=rows.lines[row])
 
 
-def _bridged(rows: Rows, agents: Indices, times: Array, same: Array) -> list[str]:
-    """Return a note on the gaps over which tracks are interpolated."""
-    step = np.where(same, np.diff(times), 0.0)
-    usual = float(np.median(step[same])) if np.any(same) else np.inf
-    k = np.flatnonzero(step > LONG_GAP * usual + STAMP_ROUNDING)
-    if not k.size:
-        return []
-    longest = k[np.argmax(step[k])]
-    return [
-        f"{counted(k.size, 'gap')} longer than {LONG_GAP * usual:g} s bridged by the interpolation, the longest "
-        f"{step[longest]:g} s (agent {rows.labels[agents[longest]]}, t = {times[longest]:g} s)"
-    ]
+def _gaps(step: Array, same: Flags) -> Indices:
+    """Return the numbers of the steps (n,) [s] of one agent that are longer than LONG_GAP times the median one."""
+    own = step[same & (step > 0)]
+    usual = float(np.median(own)) if own.size else np.inf
+    return np.flatnonzero(same & (step > LONG_GAP * usual + STAMP_ROUNDING))
+
+
+def _own_motion(k: int, times: Array, positions: Array, same: Flags, gaps: Indices) -> bool:
+    """Return whether the way over the gap after row k is a motion of the agent as it was before and is after it.
+
+    The agent turns by a right angle at most. The speed is at least half of the lesser and at most twice the larger one
+    of before and after, the velocity off their mean by at most half of the larger speed. Before and after are times as
+    long as the gap.
+    """
+    lasts, way = times[k + 1] - times[k], positions[k + 1] - positions[k]
+    ends = np.union1d(np.flatnonzero(~same), gaps)
+    place = int(np.searchsorted(ends, k))
+    begin = int(ends[place - 1]) + 1 if place else 0
+    end = int(ends[place + 1]) if place + 1 < len(ends) else len(times) - 1
+    before = max(begin, min(k - 1, int(np.searchsorted(times[begin : k + 1], times[k] - lasts)) + begin))
+    after = min(end, max(k + 2, int(np.searchsorted(times[k + 1 : end + 1], times[k + 1] + lasts, "right")) + k))
+    spans = [(i, j) for i, j in ((before, k), (k + 1, after)) if times[i] < times[j]]
+    if not spans:
+        return True
+    velocities = np.array([(positions[j] - positions[i]) / (times[j] - times[i]) for i, j in spans])
+    speeds = np.linalg.norm(velocities, axis=1)
+    # A step is as inexact as the positions.
+    steps = [np.linalg.norm(np.diff(positions[i : j + 1], axis=0), axis=1).max() for i, j in spans]
+    slack, found = LONG_GAP * max(steps) / lasts, way / lasts
+    if speeds.min() > slack and velocities[0] @ velocities[-1] < 0.0:
+        return False
+    speed, off = float(np.linalg.norm(found)), float(np.linalg.norm(found - velocities.mean(axis=0)))
+    return bool(0.5 * speeds.min() - slack <= speed <= 2.0 * speeds.max() + slack and off <= 0.5 * speeds.max() + slack)
+
+
+def _on_gaps(rows: Rows, agents: Indices, times: Array, gaps: Indices, split: Flags) -> list[str]:
+    """Return notes on the gaps that split tracks without a `gap`, and on those that are bridged."""
+    notes = []
+    joined, parted = gaps[~split[gaps]], gaps[split[gaps]]
+    if parted.size:
+        owners = named(rows.labels[k] for k in agents[parted])
+        notes.append(
+            f"{counted(parted.size, 'gap')} of {owners} split, where the way over the gap is no motion of its agent: "
+            "ids used again? --gap SECONDS splits by length"
+        )
+    if joined.size:
+        step = np.diff(times)
+        longest = joined[np.argmax(step[joined])]
+        label = rows.labels[agents[longest]]
+        notes.append(
+            f"{counted(joined.size, 'gap')} bridged by the interpolation, the longest {step[longest]:g} s "
+            f"(agent {label}, t = {times[longest]:g} s); --gap SECONDS splits there"
+        )
+    return notes
 
 
 def _part_labels(

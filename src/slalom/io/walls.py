@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ruamel.yaml.nodes import Node
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import shapely
 
@@ -54,6 +54,7 @@ class Drawn:
     geometries: Iterable[Any]  # of shapely
     unit: float | None = None  # [m] as the file states it; 0: the caller must state it
     notes: tuple[str, ...] = ()
+    turned: float | None = None  # sum of y that points down and y that points up; None: y points up
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class WallFormat:
     unit: float | None = 1.0
 
 
-def read_walls(path: Path | str, unit: float | str | None = None) -> Walls:
+def read_walls(path: Path | str, unit: float | str | None = None, *, up: bool = False) -> Walls:
     """The walls of a file of a format of WALL_FORMATS, in its coordinates times the unit.
 
     Walls are lines and the outlines of areas: a robot stays on its side. Of maps of cells, all occupied cells are
@@ -79,16 +80,21 @@ def read_walls(path: Path | str, unit: float | str | None = None) -> Walls:
 
     Args:
         unit: [m] or one of LENGTHS; None: as the file states, else 1 m.
+        up: whether to turn a drawing in SVG, whose y points down, within its viewBox: it looks as in its viewer.
 
     Raises:
         InvalidFile: a file that cannot be read, of another format, or without walls. InvalidInput: a unit that is none,
-            is missing or is stated by the file. MissingExtra: a package that the format needs is not installed.
+            is missing or is stated by the file; `up` with another format than SVG. MissingExtra: a package that the
+            format needs is not installed.
     """
     file = Path(text(str(path), "path"))
     row = WALL_FORMATS.get(file.suffix.lower())
     if row is None:
         known = ", ".join(f"{suffix} ({row.sentence})" for suffix, row in WALL_FORMATS.items())
-        raise InvalidFile([f"{file}: expected walls in a file that ends in {known}"])
+        image = f"; found an image: {MAPS}" if file.suffix.lower() in IMAGES else ""
+        raise InvalidFile([f"{file}: expected walls in a file that ends in {known}{image}"])
+    if flag(up, "up") and row.reader is not _svg:
+        raise InvalidInput(f"up: expected it with a drawing in SVG, whose y points down, found it with {file.name}")
     given = None if unit is None else _metres(unit)
     if given is None and row.unit == 0.0:
         raise InvalidInput(f"unit: expected the length of a unit of {file.name}, as 0.04 or cm, found none")
@@ -102,13 +108,14 @@ def read_walls(path: Path | str, unit: float | str | None = None) -> Walls:
         if given is None and drawn.unit == 0.0:
             found = "positions that are degrees by the standard of the format: project them, or give m if they are none"
             raise InvalidFile([f"{file}: expected a unit, found {found}"])
-        walls, corners = _outlines(file, drawn, given or drawn.unit or 1.0)
+        walls, corners = _outlines(file, drawn, given or drawn.unit or 1.0, drawn.turned if up else None)
     if not walls:
         raise InvalidFile([f"{file}: expected walls, found none"])
     (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
     summary = f"{counted(len(walls), 'wall')}, x {x0:.5g} to {x1:.5g} m, y {y0:.5g} to {y1:.5g} m"
+    down = ("y points down, as in the file",) if drawn.turned is not None and not up else ()
     assumed = ("in m, as assumed",) if given is None and drawn.unit is None else ()
-    return Walls(walls, (f"{file.name}: {'; '.join((summary, *drawn.notes, *assumed))}",))
+    return Walls(walls, (f"{file.name}: {'; '.join((summary, *down, *drawn.notes, *assumed))}",))
 
 
 def _metres(unit: float | str) -> float:
@@ -118,15 +125,18 @@ def _metres(unit: float | str) -> float:
     return LENGTHS[unit_name(unit)] if isinstance(unit, str) else positive(unit, "unit")
 
 
-def _outlines(path: Path, drawn: Drawn, unit: float) -> tuple[tuple[Obstacle, ...], Array]:
+def _outlines(path: Path, drawn: Drawn, unit: float, turned: float | None) -> tuple[tuple[Obstacle, ...], Array]:
     """Lines and outlines of areas [unit] as obstacles, and their corners (n, 2) [m]; points are left out.
 
+    With `turned` [unit] y becomes `turned` minus y.
     Raises InvalidFile for a huge position.
     """
     lines = np.concatenate(outlines(drawn.geometries))
     # Positions that are not finite are refused with those that are huge.
     with np.errstate(invalid="ignore", over="ignore"):
         corners = shapely.get_coordinates(lines) * unit
+        if turned is not None:
+            corners[:, 1] = turned * unit - corners[:, 1]
     if not (np.isfinite(corners).all() and np.abs(corners).max(initial=0.0) <= LARGEST):
         raise InvalidFile([f"{path}: expected positions of at most {LARGEST:g} m, found others"])
     lines = shapely.remove_repeated_points(shapely.set_coordinates(lines, corners))
@@ -146,7 +156,8 @@ def _drawn(answer: tuple[dict[str, Any], list[Any]]) -> Drawn:
     left_out = ", ".join(f"{count} {kind}" for kind, count in sorted(tree.get("others", {}).items()))
     notes = (*tree.get("notes", ()), *([f"left out: {left_out}"] if left_out else []))
     unit = 0.0 if tree.get("may_be_degrees") else tree.get("unit")
-    return Drawn(shapely.linestrings(points, indices=np.repeat(np.arange(len(counts)), counts)), unit, notes)
+    lines = shapely.linestrings(points, indices=np.repeat(np.arange(len(counts)), counts))
+    return Drawn(lines, unit, notes, tree.get("turned"))
 
 
 def _wkt(path: Path, unit: float) -> Drawn:
@@ -192,8 +203,7 @@ def _dxf(path: Path, unit: float) -> Drawn:
 
 def _svg(path: Path, unit: float) -> Drawn:
     """The lines and curves of a drawing in SVG, in units of its viewBox; y points down, as in the file."""
-    drawn = _drawn(within_limits(path, file_size(path), "a drawing in SVG", "svg", text_of(path), ARC_ERROR / unit))
-    return replace(drawn, notes=("y points down, as in the file", *drawn.notes))
+    return _drawn(within_limits(path, file_size(path), "a drawing in SVG", "svg", text_of(path), ARC_ERROR / unit))
 
 
 WALL_FORMATS: Final[Mapping[str, WallFormat]] = {
@@ -206,6 +216,8 @@ WALL_FORMATS: Final[Mapping[str, WallFormat]] = {
     ".sqlite": WallFormat("the area of a JuPedSim recording", _jupedsim, None),
 }
 """The formats of walls, by suffix."""
+IMAGES: Final = (".png", ".pgm", ".pbm", ".jpg", ".jpeg", ".bmp", ".gif", ".tif", ".tiff")
+MAPS: Final = "its scale is in the .yaml file of a map of nav2; `slalom.occupancy` makes obstacles of an array of cells"
 
 KEYS: Final = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 """Keys that a map has; `mode` may be among them, and others are not used."""

@@ -290,11 +290,12 @@ def svg(content: str, error: float) -> Answer:
     drawing = Drawing(root, Lines(error))
     check_expanded(root, drawing.inside)
     box = _numbers(root.get("viewBox", ""))
+    top = box[1] if len(box) == 4 else 0.0
     width, height = (
         box[2:4] if len(box) == 4 else (_length(root.get(name, "100%"), 0.0) for name in ("width", "height"))
     )
     drawing.draw(root, np.eye(2, 3), (width, height))
-    return drawing.lines.answer(others=drawing.others)
+    return drawing.lines.answer(others=drawing.others, turned=2.0 * top + height)
 
 
 NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")

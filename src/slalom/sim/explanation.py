@@ -299,22 +299,24 @@ def explanation(decision: Decision) -> dict[str, Any]:
     """Return why a robot decided as it did, as values of JSON.
 
     `sentences`; `preferred_hits`: the first obstacle that the preferred control hits, or None; `passes`: the obstacles
-    that the manoeuvre passes closely, closest first; `limits` that it reaches; `alternatives`: the best safe control of
-    each response now, with its cost, for the default objective the time [s] to the goal. Times are from the beginning
-    of the manoeuvre on, `began` [s].
+    that the manoeuvre passes closely, closest first; `limits` that it reaches; `cost` of the manoeuvre from now on, for
+    the default objective the time [s] to the goal; `alternatives`: the best safe control of each response now, with its
+    cost. Other times are from the beginning of the manoeuvre on, `began` [s].
 
     Raises:
         InvalidInput: a decision that no navigator made.
     """
     now, (found, others) = known_at(decision), reasons_of(decision)
     limits, alternatives = _limits_reached(decision, now), _alternatives(now)
+    cost, made = _cost(now, decision.manoeuvre, responses_of(now.navigator)[0]), decision.manoeuvre
     sentences = [*found.sentences, *_changed(decision)]
     if limits:
         sentences.append(f"It reaches {' and '.join(limits)}.")
     verb, unit = ("arrives in", " s") if isinstance(now.navigator.objective, Arrive) else ("costs", "")
-    for one in alternatives:
-        cost = "no safe control" if one["cost"] is None else f"{verb} {one['cost']:.2f}{unit}"
-        sentences.append(f"Alternative {one['response']}: {cost}.")
+    own = f"{'Kept' if made.start < now.time else 'Chosen'} {_named(made.response)}"
+    each = [(own, cost), *((f"Alternative {one['response']}", one["cost"]) for one in alternatives)]
+    for name, value in each:
+        sentences.append(f"{name}: {'no safe control' if value is None else f'{verb} {value:.2f}{unit}'}.")
     if decision.contact is not None:
         contact = decision.contact
         sentences.append(
@@ -331,6 +333,7 @@ def explanation(decision: Decision) -> dict[str, Any]:
             {"obstacle": others[one.other].name, "time": one.time, "clearance": one.clearance} for one in found.binding
         ],
         "limits": limits,
+        "cost": cost,
         "alternatives": alternatives,
         "in_the_way": list(decision.in_the_way),
     }
@@ -369,12 +372,22 @@ def _alternatives(now: Known) -> list[dict[str, Any]]:
     for response in responses_of(navigator):
         drawn = drawn_controls(now._replace(manoeuvre=None), response)
         control = select(drawn.preferred, drawn.admissible, drawn.blocked).control
-        words = kind(response)
-        one: dict[str, Any] = {"response": f"{words.name} {words.description}", "control": None, "cost": None}
+        one: dict[str, Any] = {"response": _named(response), "control": None, "cost": None}
         if control is not None:
-            manoeuvre = Manoeuvre(response, state, control, now.time)
-            situation = navigator.situation(response, state, now.goal, now.time)
-            until = max(manoeuvre.settled_time(navigator.period, navigator.horizon), now.time + navigator.period)
-            one |= {"control": control.tolist(), "cost": navigator.objective.cost(manoeuvre, situation, until)}
+            cost = _cost(now, Manoeuvre(response, state, control, now.time), response)
+            one |= {"control": control.tolist(), "cost": cost}
         found.append(one)
     return found
+
+
+def _named(response: Response) -> str:
+    words = kind(response)
+    return f"{words.name} {words.description}"
+
+
+def _cost(now: Known, manoeuvre: Manoeuvre, response: Response) -> float:
+    """The cost of a manoeuvre from now on, in the situation of a response."""
+    navigator = now.navigator
+    situation = navigator.situation(response, now.blocked.state, now.goal, now.time)
+    until = max(manoeuvre.settled_time(navigator.period, navigator.horizon), now.time + navigator.period)
+    return navigator.objective.cost(manoeuvre, situation, until)

@@ -31,7 +31,7 @@ from slalom.sim import Recording
 from slalom.sim.explanation import reasons_of
 from slalom.sim.run.recorded import decisions, recorded
 from slalom.view.figure import decision as draw_decision
-from slalom.view.style import GOAL, INK, NEUTRAL, ROBOT, style
+from slalom.view.style import FAINT, GOAL, INK, NEUTRAL, ROBOT, style
 from slalom.view.workspace import TIMES, body, draw_goal_path, drawn_box, silhouette
 
 Pixels = npt.NDArray[np.uint8]
@@ -183,12 +183,13 @@ class Film(Sequence[Pixels]):
         """Return the picture at time t [s], absolute."""
         run = self.recording
         positions, velocities, there = self.states(t)
-        past = run.positions[(run.times >= t - self.trail) & (run.times < t)]
-        trails = np.concatenate([past, positions[None]])
+        past = (run.times >= t - self.trail) & (run.times < t)
+        trails = np.concatenate([run.positions[past], positions[None]])
         figure = self._canvas.figure
         self._canvas.restore_region(self._still)
         with style():
             for panel in self._panels:
+                panel.draw_obstacles(t, past)
                 panel.draw(t, np.where(there[:, None], positions, np.nan), velocities, trails[:, there], there)
             self._clock.set_text(f"{t - run.times[0]:.1f} s")
             figure.draw_artist(self._clock)
@@ -282,6 +283,8 @@ class _Panel:
             parts = self._projected(outline_parts(obstacle, start))
             body(ax, parts, f"obstacle-{number}", facecolor=NEUTRAL, edgecolor=INK, linewidth=0.5, zorder=1.5)
         self._others = self._bodies([self._outline(o, start) for o in self._moving], [NEUTRAL] * len(self._moving), 0.5)
+        self._paths = np.array([_places(obstacle, run.times) for obstacle in self._moving])
+        self._passed = LineCollection([], colors=[FAINT], linewidths=1.0, alpha=0.45, zorder=2.5)
         few = n <= CROWD
         self._trails = LineCollection([], colors=colours, linewidths=1.4, alpha=0.45, zorder=4)
         self._robots = self._bodies(
@@ -294,7 +297,7 @@ class _Panel:
             self._goals.set(paths=ring, edgecolors=colours if n > 1 else [GOAL], facecolors="none")
             for goal in run.goals:
                 draw_goal_path(ax, goal, self._axes)
-        drawn = (self._others, self._trails, self._goals, self._robots, self._arrows)
+        drawn = (self._passed, self._others, self._trails, self._goals, self._robots, self._arrows)
         self._drawn = [artist for artist in drawn if artist is not None]
         for artist in self._drawn:
             artist.set_animated(True)
@@ -327,13 +330,19 @@ class _Panel:
         self._ax.add_collection(found, autolim=False)
         return found
 
+    def draw_obstacles(self, t: float, past: Flags) -> None:
+        """Set the obstacles at time t [s], and their paths at the `past` steps (T + 1,) of the run."""
+        if not self._moving:
+            return
+        here = np.array([_places(obstacle, np.array([t])) for obstacle in self._moving])
+        self._others.set_offsets(here[:, 0, self._axes])
+        self._passed.set_segments(list(np.concatenate([self._paths[:, past], here], axis=1)[..., self._axes]))
+        if any(obstacle.turns for obstacle in self._moving):
+            self._others.set_paths([self._outline(obstacle, t) for obstacle in self._moving])
+
     def draw(self, t: float, positions: Array, velocities: Array, trails: Array, there: Flags) -> None:
         """Draw positions (n, d), nan where a robot is not there, velocities (n, d) and trails (k, m, d)."""
         axes = self._axes
-        if self._moving:
-            self._others.set_offsets([_position(obstacle, t)[axes] for obstacle in self._moving])
-            if any(obstacle.turns for obstacle in self._moving):
-                self._others.set_paths([self._outline(obstacle, t) for obstacle in self._moving])
         self._trails.set_segments(list(np.swapaxes(trails[..., axes], 0, 1)))
         self._trails.set_colors([COLOURS[k % len(COLOURS)] for k in np.flatnonzero(there).tolist()])
         self._robots.set_offsets(positions[:, axes])
@@ -347,9 +356,13 @@ class _Panel:
             self._ax.draw_artist(artist)
 
 
-def _position(obstacle: Obstacle, t: float) -> Array:
-    """Position (d,) [m] of an obstacle at time t [s], nan where it does not exist."""
-    return obstacle.trajectory.position(t) if obstacle.exists(t) else np.full(obstacle.dimension, np.nan)
+def _places(obstacle: Obstacle, times: Array) -> Array:
+    """Positions (k, d) [m] of an obstacle at times (k,) [s], nan where it does not exist."""
+    there = np.array([obstacle.exists(t) for t in times.tolist()], dtype=np.bool_)
+    places = np.full((len(times), obstacle.dimension), np.nan)
+    if there.any():
+        places[there] = obstacle.trajectory.position(times[there])
+    return places
 
 
 FORMATS: Final[dict[str, dict[str, Any]]] = {

@@ -20,6 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Text
 from matplotlib.ticker import Locator
+from matplotlib.transforms import ScaledTranslation
 
 from slalom.base.checks import Array, positive
 from slalom.base.errors import InvalidInput
@@ -30,6 +31,9 @@ COLUMN: Final = 3.5
 
 PAGE: Final = 7.16
 """[inch] Width of the page: two columns and the gap between them."""
+
+BELOW: Final = -0.46
+"""[inch] From the axis of a panel in a grid to its legend: the height of numbers and label."""
 
 LEAST_PANEL: Final = 0.8
 """[inch] Least width of all panels of a figure side by side; narrower ones have no space for their ticks."""
@@ -180,8 +184,15 @@ def fading_line(ax: Axes, points: Array, colour: Any, *, width: float, min_opaci
 
 
 def legend_below(ax: Axes, handles: Sequence[Any], columns: int) -> None:
-    """Draw a legend below the axes."""
-    ax.legend(handles=list(handles), loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns, borderaxespad=0.0)
+    """Draw a legend below the axes; among others in a grid the figure is laid out so that they do not overlap."""
+    place: dict[str, Any] = {"bbox_to_anchor": (0.5, -0.17)}
+    figure, grid = ax.get_figure(root=True), ax.get_subplotspec()
+    if figure is not None and grid is not None and grid.get_gridspec().nrows * grid.get_gridspec().ncols > 1:
+        if figure.get_layout_engine() is None:
+            figure.set_layout_engine("constrained")
+        down = ScaledTranslation(0.0, BELOW, figure.dpi_scale_trans)
+        place = {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": ax.transAxes + down}
+    ax.legend(handles=list(handles), loc="upper center", ncols=columns, borderaxespad=0.0, **place)
 
 
 def colour_bar(

@@ -207,7 +207,7 @@ class _Parts(Mistakes):
             settings |= self.while_recorded(spec, recording, found)
             settings["notes"] = (*settings.get("notes", ()), *found.notes)
             obstacles += there_in(found, recording.window, spec.horizon)
-        if spec and spec.walls is not None and d and (walls := self.walls(spec.walls, spec.walls_unit, d)):
+        if spec and spec.walls is not None and d and (walls := self.walls(spec, d)):
             obstacles += walls.obstacles
             settings["notes"] = (*settings.get("notes", ()), *walls.notes)
         times = (spec.duration, spec.dt, spec.replan, spec.horizon, spec.holds) if spec else None
@@ -347,17 +347,19 @@ class _Parts(Mistakes):
             ("obstacles", k, "trajectory"), lambda: Obstacle(shape, spec.trajectory.build(), name, **given)
         )
 
-    def walls(self, name: str, unit: str | None, d: int) -> Walls | None:
+    def walls(self, spec: ScenarioSpec, d: int) -> Walls | None:
         """Return the walls of a file; None with a mistake."""
+        unit = None if spec.walls_unit is None else number_or_text(spec.walls_unit)
         if d != 2:
             self.note(("walls",), "expected none in space, found a file of walls")
             return None
         try:
-            return read_walls(self.path.parent / name, None if unit is None else number_or_text(unit))
+            return read_walls(self.path.parent / str(spec.walls), unit, up=spec.walls_up)
         except InvalidFile as error:
             self.mistakes.extend(error.mistakes)
         except InvalidInput as error:
-            self.note(("walls_unit",), str(error).removeprefix("unit: "))
+            name, _, mistake = str(error).partition(": ")
+            self.note((f"walls_{name}",), mistake)
         return None
 
     def recorded(self, spec: RecordingSpec, d: int) -> Recorded | None:

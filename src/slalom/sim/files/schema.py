@@ -574,6 +574,7 @@ class WorldSpec(Model):
     recording: RecordingSpec | None = None
     walls: Text | None = None
     walls_unit: Text | None = None
+    walls_up: bool = False
     start: FiniteFloat = 0.0
     duration: Positive = 60.0
     dt: Positive = 0.1

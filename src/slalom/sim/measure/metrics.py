@@ -344,10 +344,12 @@ def flips_between(recording: Recording, rule: Passing = PASSING) -> tuple[Indice
     """Return side flips of each pair of robots, and the number of steps before a passing: both (N, N), symmetric."""
     n = recording.positions.shape[1]
     flips, steps = np.zeros((n, n), np.int64), np.zeros((n, n), np.int64)
+    there = [recording.steps_of(k) for k in range(n)]
     for i in range(n if recording.dimension == 2 else 0):
         for j in range(i):
-            relative_position = recording.positions[:, j] - recording.positions[:, i]
-            velocity = recording.velocities[:, i] - recording.velocities[:, j]
+            both = slice(max(there[i].start, there[j].start), min(there[i].stop, there[j].stop))
+            relative_position = recording.positions[both, j] - recording.positions[both, i]
+            velocity = recording.velocities[both, i] - recording.velocities[both, j]
             contact_distance = recording.shapes[i].bounding_radius + recording.shapes[j].bounding_radius
             sides = passing_sides(relative_position, velocity, contact_distance, rule)
             flips[i, j], steps[i, j] = _flips(sides), np.count_nonzero(sides)

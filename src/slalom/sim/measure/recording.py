@@ -318,25 +318,26 @@ class Recording:
         raise InvalidInput(f"robot: expected the name or number of one of {n} robots ({some}), found {found}")
 
     def only(self, robot: Which = None) -> "Recording":
-        """Return the recording of one robot from its appearance on, without the other robots, see `row`.
+        """Return the recording of one robot while it is in the world, without the other robots, see `row`.
 
         `single_robot_view` keeps the others.
         """
-        k = self.row(robot)
-        first = min(self.steps_of(k).start, len(self.accelerations))
-        if len(self.names) == 1 and first == 0:
+        k, steps = self.row(robot), len(self.accelerations)
+        first, last = min(self.steps_of(k).start, steps), self.steps_of(k).stop - 1
+        if len(self.names) == 1 and (first, last) == (0, steps):
             return self
         one = slice(k, k + 1)
+        made, states = slice(first, last), slice(first, last + 1)
         return replace(
             self,
-            times=self.times[first:],
-            positions=self.positions[first:, one],
-            velocities=self.velocities[first:, one],
-            accelerations=self.accelerations[first:, one],
-            controls=self.controls[first:, one],
-            responses=self.responses.only(one, first),
-            outcomes=tuple(row[one] for row in self.outcomes[first:]),
-            decision_times=self.decision_times[first:, one],
+            times=self.times[states],
+            positions=self.positions[states, one],
+            velocities=self.velocities[states, one],
+            accelerations=self.accelerations[made, one],
+            controls=self.controls[made, one],
+            responses=self.responses.only(one, made),
+            outcomes=tuple(row[one] for row in self.outcomes[made]),
+            decision_times=self.decision_times[made, one],
             shapes=self.shapes[one],
             limits=self.limits[one],
             goals=self.goals[one],

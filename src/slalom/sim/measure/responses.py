@@ -71,9 +71,9 @@ class RecordedResponses:
         """The text of each part."""
         return tuple(part if isinstance(part, str) else repr(part) for part in self.parts)
 
-    def only(self, robots: slice, first: int = 0) -> "RecordedResponses":
-        """The responses of some robots from step `first` on."""
-        return replace(self, number=self.number[first:, robots])
+    def only(self, robots: slice, steps: slice) -> "RecordedResponses":
+        """The responses of some robots in some steps."""
+        return replace(self, number=self.number[steps, robots])
 
     def to_json(self) -> list[str]:
         """Each part as JSON: its kind and fields, or text for one whose kind no file holds."""

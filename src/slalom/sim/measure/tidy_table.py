@@ -39,34 +39,40 @@ COLUMNS: Final[Mapping[str, Column]] = {
 
 
 def columns_of(recording: "Recording") -> dict[str, npt.NDArray[Any]]:
-    """Return the columns by name: the rows are sorted by time, then by robot, each from its appearance on."""
+    """Return the columns by name: the rows are sorted by time, then by robot, each while it is in the world."""
     count, n, d = recording.positions.shape
+    there, last = np.zeros((2, count, n), dtype=np.bool_)
+    for k in range(n):
+        rows = recording.steps_of(k)
+        there[rows, k] = True
+        last[rows.stop - 1, k] = True
+
+    def ended(rows: npt.NDArray[Any], value: object) -> npt.NDArray[Any]:
+        """Append a row for the end of the run, and empty the last row of each robot: then it decides no more."""
+        found = np.concatenate([rows, np.full((1, *rows.shape[1:]), value, dtype=rows.dtype)])
+        found[last] = value
+        return found
+
     filled = {
         "time": np.repeat(recording.times, n),
         "robot": np.array(list(recording.names) * count, dtype=object),
         "x y z": recording.positions,
         "vx vy vz": recording.velocities,
-        "ax ay az": _with_last(recording.accelerations, np.nan),
-        "control_x control_y control_z": _with_last(recording.controls, np.nan),
-        "response": _with_last(np.array(recording.responses.texts, dtype=object).reshape(-1, n), "").ravel(),
-        "outcome": _with_last(np.array(recording.outcomes, dtype=object).reshape(-1, n), "").ravel(),
-        "decision_time": _with_last(recording.decision_times, np.nan).ravel(),
+        "ax ay az": ended(recording.accelerations, np.nan),
+        "control_x control_y control_z": ended(recording.controls, np.nan),
+        "response": ended(np.array(recording.responses.texts, dtype=object).reshape(-1, n), "").ravel(),
+        "outcome": ended(np.array(recording.outcomes, dtype=object).reshape(-1, n), "").ravel(),
+        "decision_time": ended(recording.decision_times, np.nan).ravel(),
         "arrived": (recording.times[:, None] >= recording.arrived).ravel(),
     }
-    there = (recording.times[:, None] >= recording.appeared).ravel()
     found: dict[str, npt.NDArray[Any]] = {}
     for names in COLUMNS:
         axes, values = names.split(), filled[names]
         if len(axes) == 1:
-            found[names] = values[there]
+            found[names] = values[there.ravel()]
         else:
-            found.update(zip(axes, values.reshape(-1, d)[there].T))
+            found.update(zip(axes, values.reshape(-1, d)[there.ravel()].T))
     return found
-
-
-def _with_last(rows: npt.NDArray[Any], value: object) -> npt.NDArray[Any]:
-    """Append a row for the end of the run, at which nothing is decided any more."""
-    return np.concatenate([rows, np.full((1, *rows.shape[1:]), value, dtype=rows.dtype)])
 
 
 def facts_of(recording: "Recording") -> dict[str, str]:

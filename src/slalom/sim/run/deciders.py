@@ -152,7 +152,7 @@ class FleetDecider:
 
     def accelerations(self, now: float, duration: float) -> Array:
         velocity, _ = self.fleet.planned(now + duration)
-        return self.states.stop_departed((velocity - self.states.velocity) / duration, duration)
+        return np.where(self.states.present[:, None], (velocity - self.states.velocity) / duration, 0.0)
 
     def committed(self) -> tuple[Array, ResponseRow]:
         controls = self.fleet.table.each["control"][:, : self.scenario.dimension].copy()
@@ -259,7 +259,7 @@ class PeerDecider:
         states = self.states
         self._chosen[~states.present] = 0.0
         acceleration = np.zeros_like(states.velocity)
-        acceleration[:, :2] = (self._chosen - states.velocity[:, :2]) / duration
+        acceleration[states.present, :2] = (self._chosen - states.velocity[:, :2])[states.present] / duration
         if self.peer.limited:
             for k in np.flatnonzero(states.present):
                 size = float(np.linalg.norm(acceleration[k, :2]))

@@ -132,17 +132,11 @@ class RobotStates:
         return bool(np.isfinite(self.arrived).all())
 
     def integrate(self, acceleration: Array, duration: float) -> None:
-        """Advance all robots by `duration` [s] at the accelerations (n, 3) [m/s^2]."""
+        """Advance all robots by `duration` [s] at the accelerations (n, 3) [m/s^2]; those outside the scene rest."""
         self._step = _Step(self.position.copy(), self.velocity.copy(), acceleration.copy(), duration)
+        self.velocity[~self.present] = 0.0
         self.position[:], self.velocity[:] = integrate(self.position, self.velocity, acceleration, duration)
         self.acceleration[:] = acceleration
-
-    def stop_departed(self, acceleration: Array, duration: float) -> Array:
-        """The accelerations (n, 3) [m/s^2], changed to stop robots outside the scene within `duration` [s]."""
-        left = ~self.present & np.isfinite(self.appeared)
-        acceleration[left] = -self.velocity[left] / duration
-        acceleration[np.isinf(self.appeared)] = 0.0
-        return acceleration
 
 
 def _in_space(rows: Array) -> Array:
