@@ -66,11 +66,12 @@ test-all: lint kernels
 debug-test: .venv/test.stamp kernels
 	$(BIN)/python tools/debug_test.py
 
-# Work of long scenes; kernels as Python; golden runs with an index checked at each access; one hour of decisions in each
-# chain of the tests of contact.
+# Work of long scenes; kernels as Python, compiled anew and exported; golden runs with an index checked at each access;
+# one hour of decisions in each chain of the tests of contact.
 nightly: .venv/test.stamp kernels
 	$(BIN)/python tools/counts.py --all
-	$(BIN)/python tools/debug_test.py --each 1 --steps 10
+	$(BIN)/python -m slalom compile --export out/compiled
+	$(BIN)/python tools/debug_test.py --each 1 --steps 10 --entries out/compiled
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(CURDIR)/out/bounds $(BIN)/python tools/golden.py
 	SLALOM_STEPS=36000 $(PYTEST) --draws all tests/decision/test_kept_clearance.py
 
@@ -94,10 +95,11 @@ release-check: .venv/test.stamp
 	PIP_CONSTRAINT= $(BIN)/python tools/release_check.py
 
 # A wheel for this Python, platform and numba that holds the compiled kernels: nothing compiles where it is installed.
+# Kernels that this checkout has compiled from equal sources are not compiled again.
 wheel: .venv/test.stamp
 	rm -rf out/compiled out/dist/slalom-*-none-[!a]*.whl
-	NUMBA_CACHE_DIR=$(CURDIR)/out/compiled/made $(BIN)/python -m slalom compile --export out/compiled/entries
-	SLALOM_WHEEL_ENTRIES=$(CURDIR)/out/compiled/entries $(BIN)/python -m build --wheel --no-isolation --outdir out/dist
+	$(BIN)/python -m slalom compile --export out/compiled
+	SLALOM_WHEEL_ENTRIES=$(CURDIR)/out/compiled $(BIN)/python -m build --wheel --no-isolation --outdir out/dist
 	PIP_CONSTRAINT= $(BIN)/python tools/release_check.py --compiled out/dist/slalom-*-none-[!a]*.whl
 
 release:

@@ -2,6 +2,7 @@
 
     python tools/debug_test.py                        # every fifth run; exit code 1 and the names of what differs
     python tools/debug_test.py --each 1 --steps 10    # all runs, for longer
+    python tools/debug_test.py --entries FOLDER       # also with exported kernels; the others are compiled anew
 
 As Python an index out of range is an error. Compiled it reads other memory.
 """
@@ -55,23 +56,33 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--each", type=int, default=5, help="of so many runs, one")
     parser.add_argument("--steps", type=int, default=3)
+    parser.add_argument("--entries", type=Path, help="a folder of `slalom compile --export`")
     parser.add_argument("--out", type=Path, help="where a process of one mode writes its digests")
     given = parser.parse_args()
     if given.out:
         make = with_lines if os.environ["NUMBA_DISABLE_JIT"] == "1" else digests
         given.out.write_text(json.dumps(make(given.each, given.steps)))
         return 0
-    found: list[dict[str, str]] = []
     with TemporaryDirectory() as folder:
-        for mode in "01":
+        modes = {"compiled": {"NUMBA_DISABLE_JIT": "0"}, "as Python": {"NUMBA_DISABLE_JIT": "1"}}
+        if given.entries:
+            modes["compiled"]["NUMBA_CACHE_DIR"] = str(Path(folder, "anew"))
+            shipped = {"SLALOM_ENTRIES": str(given.entries.resolve()), "NUMBA_CACHE_DIR": str(Path(folder, "beside"))}
+            modes["shipped"] = modes["compiled"] | shipped
+        found: dict[str, dict[str, str]] = {}
+        for mode, settings in modes.items():
             out = Path(folder, mode)
-            if code := portable.run(Path(__file__), [*sys.argv[1:], "--out", str(out)], NUMBA_DISABLE_JIT=mode):
+            if code := portable.run(Path(__file__), [*sys.argv[1:], "--out", str(out)], **settings):
                 return code
-            found.append(json.loads(out.read_text()))
-    compiled, as_python = found
-    differing = [name for name, text in compiled.items() if as_python[name] != text]
-    print(*(f"{name}: expected {compiled[name]} as compiled, found {as_python[name]}" for name in differing), sep="\n")
-    print(f"{len(compiled)} digests, {len(differing)} differ as Python")
+            found[mode] = json.loads(out.read_text())
+        beside = len(list(Path(folder, "beside").rglob("*.entry")))
+    expected = found.pop("compiled")
+    differing = [(name, mode) for name in expected for mode, one in found.items() if one[name] != expected[name]]
+    for name, mode in differing:
+        print(f"{name}: expected {expected[name]} as compiled, found {found[mode][name]} {mode}")
+    print(f"{len(expected)} digests, {len(differing)} differ {' or '.join(found)}")
+    if given.entries:
+        print(f"{beside} kernels were compiled beside the shipped ones")
     return 1 if differing else 0
 
 

@@ -65,6 +65,18 @@ for name in ("sim", "view"):
         sys.exit(f"slalom.{name}: expected MissingExtra, found none")
 """
 """Use of an installation without extras: it decides, moves a fleet, and names what is missing."""
+BEGINNING = "import slalom as s\nstate, goal = s.State((0.0, 0.0), (1.0, 0.0)), s.Goal(s.Stationary((8.0, 0.0)))\n"
+FIRST = {
+    "decision": "s.Navigator(s.method('nao'), s.Disc(0.4), s.Limits(2.0, 2.0)).decide("
+    "state, [s.Obstacle(s.Disc(0.5), s.Stationary((4.0, 0.1)))], goal)",
+    "step of a fleet": "s.Fleet(s.method('nao'), s.Disc(0.3), s.Limits(2.0, 2.0), robots=2).step("
+    "0.0, [(-3.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, [(3.0, 0.0), (-3.0, 0.0)])",
+    "decision of a vehicle": "from slalom.vehicle import DifferentialDrive, Pose, VehicleNavigator\n"
+    "robot = VehicleNavigator(DifferentialDrive(0.4, 1.0, 2.0), s.method('nao'), s.Rectangle(0.6, 0.4))\n"
+    "robot.decide(Pose((0.0, 0.0), 0.2), [s.Obstacle(s.Disc(0.5), s.Stationary((5.0, 0.4)))], goal)",
+    "slalom run sample:crossing.yaml": "from slalom.cli import call\nassert call(['run', 'sample:crossing.yaml']) == 0",
+}
+"""First uses of a process. The command needs `slalom[sim]`."""
 REFUSING = """
 from numba.core.event import Listener, register
 
@@ -180,18 +192,22 @@ def check_installed(python: str, wheel: Path, folder: Path) -> None:
 
 
 def check_compiled(wheel: Path) -> None:
-    """Install a wheel with compiled kernels into a clean environment: it decides, and compiles nothing."""
+    """Install a wheel with compiled kernels into a clean environment: it compiles nothing."""
     if (size := wheel.stat().st_size) > LARGEST_COMPILED:
         raise Failed(f"{wheel.name}: expected at most {LARGEST_COMPILED / 1e6:g} MB, found {size / 1e6:.2f}")
     with TemporaryDirectory() as folder:
         program = Path(folder, "environment", "bin", "python")
         required([sys.executable, "-m", "venv", Path(folder, "environment")])
-        required([program, "-m", "pip", "install", "--quiet", wheel, f"numba=={metadata.version('numba')}"])
+        pip = [program, "-m", "pip", "install", "--quiet", f"numba=={metadata.version('numba')}"]
         settings = {"PATH": os.defpath, "HOME": "/nonexistent", "NUMBA_CACHE_DIR": str(Path(folder, "empty"))}
-        before = sum(os.times()[2:4])
+        required([*pip, wheel])
         required([program, "-c", REFUSING + CORE], cwd=folder, env=settings)
-        spent = sum(os.times()[2:4]) - before
-        print(f"{wheel.name}: {size / 1e6:.2f} MB; it decided and moved a fleet in {spent:.1f} s of processor time")
+        required([*pip, f"{wheel}[sim]"])
+        print(f"{wheel.name}: {size / 1e6:.2f} MB; nothing compiles. Processor time:")
+        for what, code in FIRST.items():
+            before = sum(os.times()[2:4])
+            required([program, "-c", REFUSING + BEGINNING + code], cwd=folder, env=settings)
+            print(f"  {sum(os.times()[2:4]) - before:.1f} s  first {what}")
 
 
 @contextmanager

@@ -1,13 +1,15 @@
 """What depends on the computer: compilation of kernels on request, and counted work per second."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -209,26 +211,49 @@ USES: Final[dict[str, Callable[[], None]]] = {
 def compile(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | None = None) -> None:
     """Compile everything that some uses need, all of them by default; afterwards no decision compiles anything.
 
-    Compiled kernels are kept on disk, for this user and until slalom or numba changes: a later call takes seconds.
+    Compiled kernels are kept on disk, for this user and until slalom or numba changes: a later call takes seconds. Each
+    use is compiled in a process of its own, whose memory is free afterwards; this process loads the result.
 
     Args:
-        uses: names of `USES`. jobs: processes. progress: called with the name of a use and how long it took [s].
+        uses: names of `USES`. jobs: processes at a time. progress: called with the name of a use and how long it
+            took [s].
 
     Raises:
         InvalidInput: an unknown use, jobs below 1.
     """
+    for name in compile_apart(*uses, jobs=jobs, progress=progress):
+        _timed(name)
+
+
+def compile_apart(*uses: str, jobs: int = 1, progress: Callable[[str, float], None] | None = None) -> list[str]:
+    """As `compile`; return the uses that other processes compiled, and that this one has not loaded."""
+    from slalom.kernels import entries
+
     names = [known(name, "uses", list(USES)) for name in uses] or list(USES)
-    if whole(jobs, "jobs", 1) == 1 or len(names) == 1:
-        for name in names:
-            seconds = _timed(name)
-            if progress:
-                progress(name, seconds)
-        return
-    with ProcessPoolExecutor(min(jobs, len(names)), mp_context=get_context("spawn")) as pool:
-        named = {pool.submit(_timed, name): name for name in names}
+    tell, todo = progress or (lambda name, seconds: None), list[str]()
+    whole(jobs, "jobs", 1)
+    for name in names:
+        try:
+            # Where nothing is kept, only this process has use of the result. Elsewhere it ends with the first kernel
+            # that no file holds.
+            tell(name, _timed(name, [] if entries.OWN is None else [sys.exit]))
+        except SystemExit:
+            todo.append(name)
+    todo.sort(key="learners".__ne__)  # first, since it takes longest
+    with ThreadPoolExecutor(jobs) as pool:
+        named = {pool.submit(_in_process, name): name for name in todo}
         for done in as_completed(named):
-            if progress:
-                progress(named[done], done.result())
+            tell(named[done], done.result())
+    return todo
+
+
+def _in_process(name: str) -> float:
+    """Compile a use in a new process; return the time [s]."""
+    program = f"import slalom.computer; slalom.computer._timed({name!r})"
+    paths = os.pathsep.join(path for path in sys.path if path)
+    before = perf_counter()
+    subprocess.run([sys.executable, "-P", "-c", program], env={**os.environ, "PYTHONPATH": paths}, check=True)
+    return perf_counter() - before
 
 
 def export_entries(folder: Path) -> list[Path]:
@@ -272,12 +297,14 @@ def import_entries(folder: Path) -> tuple[list[Path], list[Path]]:
     return [path for path in found if path not in damaged], damaged
 
 
-def _timed(name: str) -> float:
-    """Time [s] that a use took to compile."""
+def _timed(name: str, when_compiling: Sequence[Callable[[str], Any]] = ()) -> float:
+    """Time [s] that a use took; `when_compiling`: what is called before it compiles a kernel."""
     functions, before = list(kernels.when_compiling), perf_counter()
-    kernels.when_compiling.clear()
-    USES[name]()
-    kernels.when_compiling[:] = functions
+    kernels.when_compiling[:] = when_compiling
+    try:
+        USES[name]()
+    finally:
+        kernels.when_compiling[:] = functions
     return perf_counter() - before
 
 

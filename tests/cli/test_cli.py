@@ -1018,13 +1018,18 @@ def test_the_program_and_the_module_are_the_command_line() -> None:
 def test_users_are_told_that_kernels_compile(
     terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Also where the output goes into a file."""
+    """Also where the output goes into a file; on a terminal with the number of functions compiled."""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     assert call(["list"]) == 0
     (tell,) = kernels.when_compiling
     capsys.readouterr()
     tell(kernels.compiling(True))
     assert capsys.readouterr().err == kernels.compiling(True) + "\n"
+    for count in kernels.while_compiling:
+        count(3)
+        count(0)
+    shown = capsys.readouterr().err.split("\r\033[K")[1:]
+    assert shown == ["3 functions compiled, of about 300 for a first decision", ""] * terminal
 
 
 def test_compile_says_what_it_has_done(say: Say) -> None:

@@ -124,6 +124,8 @@ def test_names_are_imported_when_they_are_asked_for() -> None:
         "assert not {'numpy', 'slalom.model.shape', 'slalom.sim.measure.recording'} & set(sys.modules)\n"
         "from slalom import Disc\n"
         "assert Disc.__module__ == 'slalom.model.shape' and 'slalom.choice.control_obstacle' not in sys.modules\n"
+        "slalom.Navigator(slalom.method('nao'), Disc(0.3), slalom.Limits(1.0, 1.0))\n"
+        "assert not {'shapely', 'numba'} & set(sys.modules)\n"
         "import slalom.choice.control_obstacle, slalom.sim.run.simulate\n"
         "assert all(type(f).__name__ == 'function' for f in (slalom.control_obstacle, slalom.sim.simulate))\n"
         "from slalom.choice.control_obstacle import ControlObstacle\n"

@@ -106,7 +106,7 @@ def test_resolved_calls_are_remembered():
     context = typing.Context()
     context.refresh()
     add = context.resolve_value_type(operator.add)
-    with numba_extensions.remembering(), numba_extensions.remembering():
+    with numba_extensions.quicker(), numba_extensions.quicker():
         found = [add.get_call_type(context, (types.float64, types.int64), {}) for _ in range(2)]
         assert types.BaseFunction.get_call_type is not ask
         for _ in range(2):

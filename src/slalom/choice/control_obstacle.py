@@ -7,14 +7,12 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import shapely
 
 from slalom import kernels
 from slalom.base.checks import Array, each_number, not_negative, number, positive, refuse_kinds, vector, vectors
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import OVERLAP, REST_ROUNDING
 from slalom.choice.envelope import RelativeMotion, grazing_curves, in_frame_of_gain
-from slalom.choice.outline import boundary
 from slalom.kernels.arrays import Bodies, Corners, Hulls, MaybeHulls, PositionMap, Segments
 from slalom.model.response import Response
 from slalom.model.response.protocol import parts_of_gain, piece_norm, response_pieces, rest_time
@@ -50,11 +48,15 @@ class Boundary(NamedTuple):
     @property
     def region(self) -> Any:
         """All of them together."""
+        import shapely
+
         return shapely.union_all(self.regions)
 
     @property
     def curves(self) -> list[Array]:
         """The boundary of `region`: closed curves (k, 2), the first point again at the end."""
+        import shapely
+
         polygons = shapely.get_parts(self.region)
         return [shapely.get_coordinates(ring) for polygon in polygons for ring in shapely.get_rings(polygon)]
 
@@ -287,6 +289,9 @@ class ControlObstacle:
         Raises:
             InvalidInput: in space; a radius that is not above 0.
         """
+        # Decisions need no polygons: they do not wait for shapely.
+        from slalom.choice.outline import boundary
+
         middle, size, motion = self._window(center, radius)
         regions = boundary(
             motion,

@@ -16,7 +16,7 @@ with Extra("sim", "slalom"):
     from cyclopts import App, CycloptsError, UnusedCliTokensError
 
     from slalom.cli.comparing import compare
-    from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_message
+    from slalom.cli.console import BAD_INPUT, DONE, FAILED, discard_output, print_compiled, print_message
     from slalom.cli.files import convert, explain
     from slalom.cli.others import compile_, list_, reproduce, ros
     from slalom.cli.running import export_scenario, run, show
@@ -59,6 +59,7 @@ def call(tokens: Sequence[str] | None = None) -> int:
             # Names in files may hold what the encoding of the terminal does not.
             stream.reconfigure(errors="backslashreplace")
     kernels.when_compiling[:] = [print_message]
+    kernels.while_compiling[:] = [print_compiled] if sys.stderr.isatty() else []
     try:
         code = app(tokens, exit_on_error=False, print_error=False)
     except UnusedCliTokensError as error:

@@ -241,3 +241,9 @@ def discard_output() -> None:
 def print_message(message: str) -> None:
     """Print an error or a note on stderr."""
     print(message, file=sys.stderr)
+
+
+def print_compiled(count: int) -> None:
+    """Show on the terminal how many functions are compiled, in a line that the next one replaces; 0 removes it."""
+    text = f"{count} functions compiled, of about 300 for a first decision" if count else ""
+    print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)

@@ -3,6 +3,7 @@
 import inspect
 import itertools
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -200,7 +201,7 @@ def compile_(
         str,
         Parameter(help="robot, polygons, fleets, space, vehicles, ahead, crowd, learners, figures; all by default."),
     ],
-    jobs: Annotated[Whole | None, Parameter(help="Number of processes; by default one for each core.")] = None,
+    jobs: Annotated[Whole | None, Parameter(help="Processes at a time; by default two on two cores.")] = None,
     export: Annotated[Path | None, Parameter(help="Then copy the compiled kernels into this folder.")] = None,
     import_: Annotated[Path | None, Parameter(name="--import", help="First take those of such a folder.")] = None,
 ) -> None:
@@ -211,23 +212,30 @@ def compile_(
     Python, numba and kind of processor can use an exported folder, also unchanged: SLALOM_ENTRIES names such folders.
     """
     from slalom.base.checks import known, whole
-    from slalom.computer import USES, compile as compile_uses, export_entries, import_entries
+    from slalom.computer import USES, compile_apart, export_entries, import_entries
 
     for name in uses:
         known(name, "uses", list(USES))
-    jobs = (os.cpu_count() or 1) if jobs is None else whole(jobs, "jobs", 1)
+    jobs = min(os.cpu_count() or 1, 2) if jobs is None else whole(jobs, "jobs", 1)
     if import_ is not None:
         taken, damaged = import_entries(import_)
         print_message(f"slalom: {len(taken)} compiled kernels from {import_}")
         for path in damaged:
             print_message(f"slalom: {path} is damaged, it is compiled anew")
-    print_message("slalom: compiling, one to two minutes after an installation, seconds later on")
-    done, count = itertools.count(1), len(uses or USES)
-    compile_uses(
-        *uses,
-        jobs=jobs,
-        progress=lambda name, seconds: print_message(f"{next(done)} of {count}, {name}: {seconds:.1f} s"),
+    print_message(
+        "slalom: compiling, three minutes after an installation, seconds later on. "
+        "A wheel with compiled kernels or --import needs none"
     )
+    done, count = itertools.count(1), len(uses or USES)
+    with progress("compile", estimated=False) as advance:
+
+        def tell(name: str, seconds: float) -> None:
+            k = next(done)
+            advance(k / count)
+            if not sys.stderr.isatty():
+                print_message(f"{k} of {count}, {name}: {seconds:.1f} s")
+
+        compile_apart(*uses, jobs=jobs, progress=tell)
     if export is not None:
         print_message(f"slalom: {len(export_entries(export))} compiled kernels in {export}")
 

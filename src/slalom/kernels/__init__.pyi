@@ -1,6 +1,10 @@
 """The kernels that Python calls, each once."""
 
-from .compile_notice import compiling as compiling, when_compiling as when_compiling
+from .compile_notice import (
+    compiling as compiling,
+    when_compiling as when_compiling,
+    while_compiling as while_compiling,
+)
 from .crowd import avoiding_velocities as avoiding_velocities, similar_displacements as similar_displacements
 from .decision.detours import (
     detour_lengths as detour_lengths,

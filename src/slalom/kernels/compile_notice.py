@@ -12,8 +12,8 @@ def compiling(kept: bool, why: str = "") -> str:
     text = "slalom: compiling, in every process, since no cache folder can be written: NUMBA_CACHE_DIR names one"
     if kept:
         text = (
-            "slalom: compiling, once after an installation: up to a minute (`slalom compile` does it beforehand, "
-            "a wheel with compiled kernels needs none)"
+            "slalom: compiling, once after an installation: up to a minute (`slalom compile` does it beforehand; "
+            "a wheel with compiled kernels needs none, nor does `slalom compile --import FOLDER`)"
         )
     return f"{text}; {why}" if why else text
 
@@ -25,3 +25,6 @@ def _log(text: str) -> None:
 when_compiling: list[Callable[[str], None]] = [_log]
 """Functions that are called once each when the first kernel is compiled, with the sentence for the user. By default the
 logger "slalom" warns."""
+while_compiling: list[Callable[[int], None]] = []
+"""Functions that are called with the number of functions that this process has compiled, after each of them, and with 0
+when a kernel is complete. The first decision compiles about 300."""

@@ -13,7 +13,7 @@ import numpy as np
 from numba.core import config, types
 from numba.core.event import Listener, register
 
-from slalom.kernels.compile_notice import compiling, when_compiling
+from slalom.kernels.compile_notice import compiling, when_compiling, while_compiling
 from slalom.kernels.entries import OWN, Entries, why_none_fits
 from slalom.kernels.numba_extensions import (
     FITS,
@@ -21,21 +21,26 @@ from slalom.kernels.numba_extensions import (
     PartCompiler,
     VectorCompiler,
     VectorPartCompiler,
-    remembering,
+    quicker,
 )
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 class _Announcer(Listener):
-    """Calls `when_compiling` once, when the first compilation begins."""
+    """Calls `when_compiling` once, when the first compilation begins, and `while_compiling` at each end of one."""
+
+    begun = done = 0
 
     def on_start(self, event: Any) -> None:
+        self.begun += 1
         while when_compiling:
             when_compiling.pop(0)(compiling(OWN is not None, why_none_fits()))
 
     def on_end(self, event: Any) -> None:
-        pass
+        self.done += 1
+        for tell in while_compiling:
+            tell(self.done if self.done < self.begun else 0)
 
 
 register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
@@ -94,7 +99,7 @@ def _quickly(compile_one: Callable[..., Any]) -> Callable[..., Any]:
         usual = gc.get_threshold()
         gc.set_threshold(30_000, 10, 10)
         try:
-            with remembering():
+            with quicker():
                 return compile_one(*args)
         finally:
             gc.set_threshold(*usual)

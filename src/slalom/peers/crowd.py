@@ -5,7 +5,6 @@ from importlib import import_module
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
-import shapely
 
 from slalom.base.checks import Array
 from slalom.base.errors import Extra, InvalidInput
@@ -172,6 +171,8 @@ def _outline(part: Part, growth: float) -> Array:
     radius = part.radius + growth
     if radius == 0.0:
         return part.corners
+    import shapely
+
     plain = shapely.LineString(part.corners) if len(part.corners) == 2 else shapely.Polygon(part.corners)
     grown = shapely.buffer(plain, radius, cap_style="square", join_style="mitre", mitre_limit=MITRE_LIMIT)
     return np.asarray(shapely.get_coordinates(shapely.orient_polygons(grown))[:-1])
