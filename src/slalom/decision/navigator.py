@@ -220,12 +220,12 @@ class Navigator(Settings):
 
     def _giving_up(self, window: ObstacleWindow, request: Request) -> Decision:
         """Decision that avoids all obstacles of the window but for the least probable futures."""
-        robot, state, goal, now = request.robot, request.state, request.goal, request.now
+        r = request
         return least_given_up(
             levels(window.obstacles),
             lambda level: self._among_obstacles(window, request, level.given_up),
             self.risk,
-            lambda one: time_of(one, robot, state, goal, now),
+            lambda one: time_of(one, r.robot, r.state, r.goal, r.now),
         )
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
