@@ -30,7 +30,7 @@ from slalom.decision.fallback import least_given_up, levels
 from slalom.forecast.forecast import FromModels
 from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled
-from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, futures, predicted
+from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, covering, futures, predicted
 from slalom.sim.files.decision_file import read_decision
 
 ROBOT, LIMITS, HORIZON = Disc(0.3), Limits(1.5, 2.0), 4.0
@@ -304,7 +304,7 @@ def test_obstacles_are_predicted_together_as_alone(most: int) -> None:
 
 
 def test_robots_avoid_all_futures_of_a_turning_person() -> None:
-    """With `FromModels` in the method: the decision avoids what the expanded list says."""
+    """With `FromModels` in the method: the decision avoids what the expanded list says, with the sets of 0.8."""
     person = Obstacle(Disc(0.3), track(1.5), "person")
     place = person.trajectory.position(6.0) + np.array([2.0, 0.6])
     state, goal = State(place, (-1.0, 0.0)), Goal(Stationary(place - np.array([6.0, 0.0])), 0.3)
@@ -314,7 +314,7 @@ def test_robots_avoid_all_futures_of_a_turning_person() -> None:
     blocked = control_obstacle(
         found.manoeuvre.response,
         state,
-        *futures([person], rule, 6.0, [0], Reaction(LIMITS, robot.period)),
+        covering(futures([person], rule, 6.0, [0], Reaction(LIMITS, robot.period))[0], 0.8),
         ROBOT,
         horizon=HORIZON,
         start=6.0,
