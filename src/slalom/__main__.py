@@ -1,9 +1,11 @@
 """The command `slalom`, also `python -m slalom`: the command line, if its extra is installed."""
 
+import _thread
 import atexit
 import os
 import signal
 import sys
+import threading
 from typing import Final
 
 from slalom.base.errors import MissingExtra
@@ -36,12 +38,22 @@ def _code() -> int:
         # A command removes what it began to write.
         for number in former:
             signal.signal(number, signal.default_int_handler if number == signal.SIGINT else _stop)
+        sys.unraisablehook = _unraisable
         return call()
     except KeyboardInterrupt:
         return INTERRUPTED
     finally:
+        sys.unraisablehook = sys.__unraisablehook__
         for number, before in former.items():
             signal.signal(number, before)
+
+
+def _unraisable(ignored: "sys.UnraisableHookArgs") -> None:
+    """Interrupt again: Python drops an interrupt that comes in a callback, such as that of a weak reference."""
+    if ignored.exc_type is KeyboardInterrupt:
+        threading.Timer(0.0, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(ignored)
 
 
 def _stop(number: int, _: object) -> None:

@@ -142,6 +142,19 @@ def test_ctrl_c_ends_a_command_silently_from_its_first_moment(entry: str) -> Non
         assert delay == 0.0 or "Traceback" not in said, (delay, said)
 
 
+def test_ctrl_c_in_a_callback_ends_a_command() -> None:
+    """Python drops what is raised while an object is deleted: half a second after the start, until the run ends."""
+    deleted = (
+        "import os, threading; "
+        "A = type('A', (), {'__del__': lambda self: (_ for _ in ()).throw(KeyboardInterrupt)}); "
+        "threading.Timer(0.5, lambda: A()).start(); "
+    )
+    run = ["run", "empty", "--set", "distance=4000", "--set", "duration=2000"]
+    words = [sys.executable, "-c", deleted + STARTED + ENTRIES[0], *run]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, "KeyboardInterrupt" in done.stderr) == (130, False), done
+
+
 def test_ctrl_c_while_python_ends_does_not_change_the_exit_code() -> None:
     """The command is done; an object that is deleted among the last sends the signal."""
     last = "import os; A = type('A', (), {'__del__': lambda self, k=os.kill, p=os.getpid(): k(p, 2)}); a = A(); "

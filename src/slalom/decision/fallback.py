@@ -312,11 +312,8 @@ def stated(decision: D, obstacles: Sequence[Obstacle], share: float, robot: Sett
     if not decision.outcome.safe or share == coverages(obstacles)[0]:
         return decision
     grows = max(o.uncertainty.until for o in obstacles if isinstance(o.uncertainty, Covering))
-    motion, window = (
-        decision.manoeuvre.continuation(state, now),
-        ObstacleWindow(obstacles, now, min(grows, robot.horizon)),
-    )
-    blocked = ControlObstacle(motion, state, window, robot.robot)
+    window = ObstacleWindow(obstacles, now, min(grows, robot.horizon))
+    blocked = ControlObstacle(decision.manoeuvre.continuation(state, now), state, window, robot.robot)
     if not blocked.overlaps and blocked.time_to_collision(np.zeros(state.dimension)) == np.inf:
         return decision
     return replace(decision, outcome=Outcome.LIKELY, given_up=1.0 - share)
