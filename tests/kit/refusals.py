@@ -286,6 +286,7 @@ OF_CALIBRATION: dict[str, Callable[[Path], object]] = {
         Tracks([(1, 0, 0)], [(0, 0, 0)], 0.3)
     ),
     r"confidence: expected a number between 0 and 1": lambda _: Calibration(1.0),
+    "predicted: expected 1, .*; found 0": lambda _: Calibration().observe(Tracks([(0, 0)], [(1, 0)], 0.3), []),
     r"coverage: expected one of \(0.5, 0.8, 0.95\), found 0.7": lambda _: FromModels(0.7),
     r"leads: expected increasing prediction times, found \[1.0, 0.5\]": lambda _: Calibration(0.9, (1.0, 0.5)),
     r"ages: expected .*\(1,\), found .*\(2,\)": lambda _: [

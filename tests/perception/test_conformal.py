@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from slalom import AtConstantTurn, AtConstantVelocity, BoundedError, Calibration, Tracks
+from slalom import AtConstantTurn, AtConstantVelocity, BoundedError, Calibration, ConstantVelocity, Tracks
 from slalom.model.uncertainty import COVERAGES, Covering, set_of
 
 RADII = st.lists(st.floats(0.0, 50.0), min_size=2, max_size=6)
@@ -46,6 +46,15 @@ def test_the_radius_is_the_quantile_of_normal_errors() -> None:
     for share in COVERAGES:
         held = set_of(calibration.error, share).radius(0.25, 2)
         assert held == pytest.approx(0.025 * np.sqrt(-2.0 * np.log(1.0 - share)), rel=0.1)
+
+
+def test_predictions_of_ones_own_count_as_those_of_a_forecast() -> None:
+    shipped, own = Calibration(0.9, (0.5,)), Calibration(0.9, (0.5,), forecast=AtConstantTurn())
+    for k in range(9):
+        tracks = Tracks([(0.3 * k, 0.0)], [(1.0, 0.0)], 0.3, 0.25 * k)
+        shipped.observe(tracks)
+        own.observe(tracks, [ConstantVelocity((0.3 * k, 0.0), (1.0, 0.0), 0.25 * k)])
+    assert own.radii() == shipped.radii() == pytest.approx(0.1)
 
 
 def test_the_prior_holds_until_errors_are_known() -> None:

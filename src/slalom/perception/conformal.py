@@ -25,8 +25,8 @@ from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import WHOLE_COUNT
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.kernels.arrays import Flags, Indices
+from slalom.model.trajectory import Trajectory
 from slalom.model.uncertainty import COVERAGES, BoundedError, Covering, Uncertainty
-from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks, told_apart
 
 CONFORMAL_ERRORS: Final = 1000
@@ -133,14 +133,15 @@ class Calibration:
         none = np.zeros(len(self._shares), np.int64)
         self._leads = [_Lead(empty(), empty(), self._shares.copy(), none.copy()) for _ in self.leads]
 
-    def observe(self, tracks: Tracks) -> None:
+    def observe(self, tracks: Tracks, predicted: Sequence[Trajectory] | None = None) -> None:
         """Compare earlier predictions with the present observation, and predict anew.
 
         Args:
             tracks: the observation of one time, with ids that stay the same.
+            predicted: (n,) their trajectories from now on by a predictor of one's own; None: those of `forecast`.
 
         Raises:
-            InvalidInput: a time that is not after that of the last call; two equal ids.
+            InvalidInput: a time that is not after that of the last call; two equal ids; predictions of another number.
         """
         has(tracks, *TRACKS, "tracks")
         told_apart(tracks.ids, "tracks.ids")
@@ -148,14 +149,18 @@ class Calibration:
             raise InvalidInput(
                 f"tracks.t: expected a time after {self._now:g} s, that of the last call; found {tracks.t:g}"
             )
+        if predicted is not None and len(predicted) != len(tracks.ids):
+            raise InvalidInput(f"predicted: expected {len(tracks.ids)}, one for each track; found {len(predicted)}")
         self._now, self._dimension = tracks.t, tracks.dimension
         self._stated = any(uncertainty is not None for uncertainty in tracks.uncertainties)
         for id, state in zip(tracks.ids, tracks.states, strict=True):
             self._judge(id, tracks.t, state[0])
         radii = self._radii()
-        predicted = tracks if self.forecast is None else tracks.with_forecast(self.forecast)
-        for id, motion in zip(tracks.ids, predicted.obstacles, strict=True):
-            self._predict(id, tracks.t, motion, radii)
+        if predicted is None:
+            expected = tracks if self.forecast is None else tracks.with_forecast(self.forecast)
+            predicted = [motion.trajectory for motion in expected.obstacles]
+        for id, motion, error in zip(tracks.ids, predicted, tracks.uncertainties, strict=True):
+            self._predict(id, tracks.t, motion, error, radii)
         self._last = {id: (tracks.t, state[0]) for id, state in zip(tracks.ids, tracks.states, strict=True)}
         self._pending = {id: self._pending[id] for id in tracks.ids}
 
@@ -171,13 +176,11 @@ class Calibration:
     def _radii(self) -> Array:
         """Radius (k, s) [m] for each prediction time and share."""
         found = []
-        before = np.zeros(len(self._shares))
-        earlier = 1.0
+        before, earlier = np.zeros(len(self._shares)), 1.0
         for lead, h in zip(self._leads, self.leads, strict=True):
             known, enough = _quantiles(lead)
             if sum(lead.weights) < CONFORMAL_FEW:
-                longer = np.maximum(known, before * (h / earlier) ** (1 if self._stated else 2))
-                known = np.where(enough, known, longer)
+                known = np.where(enough, known, np.maximum(known, before * (h / earlier) ** (1 if self._stated else 2)))
             found.append(np.where(enough, known, np.maximum(known, float(self.prior.radius(h, self._dimension)))))
             before, earlier = known, h
         return np.array(found)
@@ -239,21 +242,18 @@ class Calibration:
                 lead.residuals.append(residual)
                 lead.weights.append(prediction.weight)
                 lead.held, lead.judged = lead.held + held, lead.judged + 1
-                lead.levels = lead.levels + CONFORMAL_RATE * prediction.weight * (self._shares - held)
-                lead.levels = np.clip(lead.levels, 0.0, 1.0)
+                change = CONFORMAL_RATE * prediction.weight * (self._shares - held)
+                lead.levels = np.clip(lead.levels + change, 0.0, 1.0)
 
-    def _predict(self, id: Hashable, t: float, motion: Obstacle, radii: Array) -> None:
+    def _predict(self, id: Hashable, t: float, motion: Trajectory, error: Uncertainty | None, radii: Array) -> None:
         """Predict the positions of a track at all prediction times from now."""
         since = t - self._last[id][0] if id in self._last else np.inf
         leads = np.array(self.leads)
-        places = motion.trajectory.position(t + leads)
-        stated = (
-            np.zeros(len(leads)) if motion.uncertainty is None else motion.uncertainty.radius(leads, motion.dimension)
-        )
-        for waiting, h, place, known, radius in zip(
-            self._pending[id], self.leads, places, stated.tolist(), radii, strict=True
-        ):
-            waiting.append(_Prediction(t + h, place, known, radius, min(1.0, since / h)))
+        places = motion.position(t + leads)
+        stated = np.zeros(len(leads)) if error is None else error.radius(leads, self._dimension)
+        weights = np.minimum(1.0, since / leads).tolist()
+        for waiting, *row in zip(self._pending[id], (t + leads).tolist(), places, stated.tolist(), radii, weights):
+            waiting.append(_Prediction(*row))
 
 
 def _quantiles(lead: _Lead) -> tuple[Array, Flags]:
