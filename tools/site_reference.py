@@ -275,11 +275,6 @@ FORMULAS: Final[Mapping[str, str]] = {
     "side_flips": "`sum over obstacles of #{changes of the side}`",
     "heading_variation": "`sum_i angle(v_i, v_(i+1))` where the robot moves",
     "changed_choices": "`#{decisions that changed the manoeuvre} / #{decisions}`",
-    "closest_approach": "`min over others q and t of |q(t) - x(t)|`",
-    "time_to_closest_approach": "`t - t_0` of the closest approach",
-    "course_changes": "`#{changes of sign in (w_i: |w_i| > COURSE_RATE)}`, `w_i = angle(v_i, v_(i+1)) / dt` to port",
-    "side": "head-on: `v x (q - x) > 0`; give-way: no crossing ahead; stand-on: the first turn is not to port",
-    "loss_of_well_clear": "`0.1 s #{samples with s <= 0.66 NM, or tau_mod <= 35 s and miss <= 0.66 NM}`",
 }
 """Formula of each metric; `metrics` refuses one without. t_k: arrival of robot k; x, v, a: at the steps i."""
 

@@ -3,7 +3,6 @@
     python tools/tables.py                            # renders every table from its kept runs
     python tools/tables.py --make NAME --store DIR    # makes all runs of a table first; DIR keeps finished runs
     python tools/tables.py --make fleets --data DIR   # DIR has the test cases of other projects
-    python tools/tables.py --make encounters          # out/dnv.yaml is of tools/dnv_encounters.py
 
 The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study, or a chart
 and its main rows, beside a CSV file of all rows. Other tables are between two comments that name them.
@@ -27,7 +26,6 @@ from typing import Any
 import portable
 
 from slalom.cli.report import page_text
-from slalom.io.table import sample_data
 from slalom.peers import contender
 from slalom.sim import Row, compare_all
 from slalom.sim.sweep.case import is_cases, is_deterministic, is_file, is_guided, run_one, versions
@@ -222,16 +220,6 @@ def decimals(key: str, digits: int) -> Callable[[str, str, Mapping[str, Any]], s
     return lambda scenario, method, row: "-" if row[key] is None else f"{row[key]:.{digits}f}"
 
 
-def count(metric: str) -> Callable[[str, str, Mapping[str, Any]], str]:
-    """A column "21 of 22" of the runs in which a metric is 1 and not 0."""
-    return lambda scenario, method, row: f"{row['metrics'][metric]['mean'] * row['runs']:.0f} of {row['runs']}"
-
-
-def extreme(metric: str, which: int, digits: int) -> Callable[[str, str, Mapping[str, Any]], str]:
-    """A column with the least (0) or the largest (1) value of a metric."""
-    return lambda scenario, method, row: f"{row['metrics'][metric]['range'][which]:.{digits}f}"
-
-
 def share(key: str) -> Callable[[str, str, Mapping[str, Any]], str]:
     """A column "12 of 20 (39-78 %)"; without an interval where all runs are the same."""
 
@@ -253,11 +241,6 @@ BEST: Mapping[str, Mapping[str, float]] = {
 }
 """The best settings of the baselines in `roundabout_crossing`, of benchmarks/results/best_settings.csv."""
 ORCA = ("orca", "orca_limited", "orca_inflated")
-ENCOUNTER_METRICS = ("closest_approach", "time_to_closest_approach", "course_changes", "side", "loss_of_well_clear")
-ENCOUNTERS = {"imazu.yaml": 926.0, "dnv.yaml": 500.0, "daidalus.yaml": 1222.0}
-"""[m] The least distance to keep between the centres, by file of encounters."""
-WITHIN = 1.0
-"""[m] By which a distance may be less and counts as kept."""
 TABLES = (
     Table(
         "roundabout_crossing",
@@ -293,32 +276,6 @@ TABLES = (
             "arrived": lambda scenario, method, row: str(row["runs_all_arrived"]),
             "mean arrival, s": decimals("time", 2),
         },
-    ),
-    Table(
-        "encounters",
-        "docs/encounters.md",
-        tuple(
-            Row(str(path), {}, ("nao", "nlvo", "vo", "avo", "ao", "nao@observed_velocity"), cases, ENCOUNTER_METRICS)
-            for path, cases in (
-                (sample_data("imazu.yaml"), 22),
-                (ROOT / "out" / "dnv.yaml", 20),
-                (sample_data("daidalus.yaml"), 4),
-            )
-        ),
-        {
-            "encounters": lambda scenario, method, row: scenario.removesuffix(".yaml"),
-            "method": lambda scenario, method, row: f"`{method}`",
-            "keep the distance": count("kept"),
-            "arrived": lambda scenario, method, row: f"{row['runs_all_arrived']} of {row['runs']}",
-            "keep the sides": count("side"),
-            "course changes, most": extreme("course_changes", 1, 0),
-            "closest approach, least m": extreme("closest_approach", 0, 0),
-            "loss of well clear, most s": lambda scenario, method, row: (
-                extreme("loss_of_well_clear", 1, 1)(scenario, method, row) if scenario == "daidalus.yaml" else "-"
-            ),
-            "mean arrival, s": decimals("time", 0),
-        },
-        (*FIELDS, *ENCOUNTER_METRICS),
     ),
 )
 
@@ -443,10 +400,6 @@ def _result(run: Run) -> dict[str, Any]:
         "foresight": run.get("foresight"),
         "jerk": float(run["jerk"]) if run.get("jerk") else None,
     }
-    found = {name: float(run[name]) if run[name] else None for name in ENCOUNTER_METRICS if name in run}
-    if found:
-        kept_distance = (found["closest_approach"] or 0.0) >= ENCOUNTERS[run["scenario"]] - WITHIN
-        more["metrics"] = {**found, "kept": float(kept_distance)}
     return {**counts, **numbers, **more, "statuses": {}}
 
 

@@ -417,10 +417,7 @@ def test_metrics_of_all_robots_count_every_robot() -> None:
     assert metrics.spl(through, "left") == 0.0  # it collides with the other robot
 
 
-OF_OTHERS = (
-    *("clearing_distance", "min_time_to_collision"),
-    *("closest_approach", "time_to_closest_approach", "loss_of_well_clear"),
-)
+OF_OTHERS = ("clearing_distance", "min_time_to_collision")
 """Metrics of one robot that count other robots."""
 
 
@@ -465,7 +462,7 @@ def test_clearances_between_robots_are_those_of_dense_samples(
 
 MOTION = (
     *("max_acceleration", "mean_acceleration", "max_speed", "mean_speed", "max_jerk", "mean_jerk", "adjustments"),
-    *("adjustment_rate", "stalled_time", "failures_to_progress", "path_length", "sign_reversals", "course_changes"),
+    *("adjustment_rate", "stalled_time", "failures_to_progress", "path_length", "sign_reversals"),
     *("heading_change", "heading_variation", "changed_choices", "space_compliance", "efficacy", "extra_time"),
 )
 

@@ -30,7 +30,6 @@ CONSTANTS: Final = {
     "PROGRESS_DISTANCE": "m",
     "PROGRESS_TIME": "s",
     "PERSONAL_SPACE": "m",
-    "COURSE_RATE": "rad/s",
 }
 """Units of the constants in the docstrings and formulas of metrics."""
 

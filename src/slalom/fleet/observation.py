@@ -22,7 +22,7 @@ class Information:
     """
 
     def receive(self, table: RobotTable, now: float) -> None:
-        """Observe the robots, which the table holds as they are at `now` [s], and receive their messages."""
+        """Observe the robots, which the table holds as they are at `now` [s]."""
 
     def groups(
         self, table: RobotTable, d: int, policy: Policy, due: Indices, now: float

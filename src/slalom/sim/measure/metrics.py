@@ -15,14 +15,6 @@ from slalom.base.registry import Kind, Registry
 from slalom.decision import Outcome
 from slalom.kernels.arrays import Indices
 from slalom.sim.measure.closest_approach import between_robots, nearest_clearances, positions_at, single_robot_view
-from slalom.sim.measure.encounters import (
-    COURSE_RATE as COURSE_RATE,
-    closest_approach,
-    course_changes,
-    loss_of_well_clear,
-    side,
-    time_to_closest_approach,
-)
 from slalom.sim.measure.recording import Recording, RunSummary, Which
 from slalom.sim.shape_distance import clearances
 
@@ -452,11 +444,6 @@ METRICS: Final = Registry[Callable[[Recording], float]](
             side_flips,
             heading_variation,
             changed_choices,
-            closest_approach,
-            time_to_closest_approach,
-            course_changes,
-            side,
-            loss_of_well_clear,
         )
     },
 )

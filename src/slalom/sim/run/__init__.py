@@ -1,1 +1,1 @@
-"""The loop over time and its parts: sensing, guidance, decisions, messages."""
+"""The loop over time and its parts: sensing, guidance, decisions."""

@@ -23,7 +23,7 @@ class Recorded(NamedTuple):
     Attributes:
         method: by which all robots decided; None if it has no control space here. name: of the method.
         end: the states at the end, as a step. arrived: (n,) absolute times [s], inf for robots that did not arrive.
-        notes: assumptions, a sentence each. seed: of the errors of sensing and messages.
+        notes: assumptions, a sentence each. seed: of the errors of sensing.
         decision: the only one, of a file; None: the decisions of the method are made again.
     """
 

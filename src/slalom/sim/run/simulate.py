@@ -76,17 +76,17 @@ def simulate(
     which begins with another robot at each step. Each then receives the manoeuvres to which all others are committed at
     that moment (docs/theory.md, 16).
 
-    The result depends on the scenario and the method, and on the seed where sensing or messages are late, inexact or
-    lost. It depends neither on the order of `scenario.robots` nor on `threads`.
+    The result depends on the scenario and the method, and on the seed where sensing is late or inexact. It depends
+    neither on the order of `scenario.robots` nor on `threads`.
 
     Args:
         method: by which all robots decide that have none of their own; itself or its name.
         objective: of robots that have none of their own, for scenarios of one robot; None: to arrive.
-        seed: from which the scenario was built, for the record; it also draws the errors of sensing and messages.
+        seed: from which the scenario was built, for the record; it also draws the errors of sensing.
         progress: called with the share of the duration that has passed.
         threads: number of threads in which a fleet decides; None: NUMBA_NUM_THREADS, by default one per core.
         record: with False the result is the `RunSummary` of the same run. Memory then is O(n) in the number of robots,
-            independent of duration (O(n^2) where sensing or messages are late, inexact or lost). A recording takes
+            independent of duration (O(n^2) where sensing is late or inexact). A recording takes
             some hundred bytes per robot and step.
 
     Raises:
