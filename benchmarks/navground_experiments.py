@@ -1,4 +1,4 @@
-"""two experiments of navground by its own runner and measures; writes the tables of docs/navground_tables.md.
+"""Two experiments of navground by its own runner and measures; writes benchmarks/results/navground_table.csv.
 
 .venv/bin/python benchmarks/navground_experiments.py --seeds 10
 
@@ -21,7 +21,7 @@ from slalom.base.checks import Array
 
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "benchmarks" / "results" / "navground.csv"
-PAGE = ROOT / "docs" / "navground_tables.md"
+TABLE = ROOT / "benchmarks" / "results" / "navground_table.csv"
 FIELDS = ("experiment", "kinematics", "agents", "seed", "steps", "collisions", "own", "efficacy", "time")
 """Columns of the file of runs. own: collisions into which the one agent among others moved; empty for agents that are
 all alike. efficacy: of that agent, else of all. time: microseconds of processor time per agent and step."""
@@ -134,49 +134,26 @@ def keep(rows: list[dict[str, str]]) -> None:
         writer.writerows(rows)
 
 
-def page(rows: list[dict[str, str]]) -> str:
-    """The page of the tables."""
-    alike, alone = list[str](), list[str]()
-    for (name, kind, agents), group in groupby(rows, key=lambda r: (r["experiment"], r["kinematics"], r["agents"])):
+def table(rows: list[dict[str, str]]) -> list[tuple[str, ...]]:
+    """The rows of the table: sums of collisions and means of the others over the seeds."""
+    found: list[tuple[str, ...]] = [(*FIELDS[:3], "seeds", *FIELDS[5:8], "least efficacy", "steps", "time")]
+    for key, group in groupby(rows, key=lambda r: (r["experiment"], r["kinematics"], r["agents"])):
         runs = list(group)
         collisions, own = sum(int(r["collisions"]) for r in runs), sum(int(r["own"] or 0) for r in runs)
         efficacies = [float(r["efficacy"]) for r in runs]
-        steps, times = np.mean([float(r["steps"]) for r in runs]), [float(r["time"]) for r in runs if r["time"]]
-        time = f"{np.mean(times):.0f}" if times else "-"
-        row = f"| {name} | {kind} | "
-        if "among" in agents:
-            alone.append(row + f"{len(runs)} | {collisions} | {own} | {np.mean(efficacies):.3f} |")
-        else:
-            text = f"{np.mean(efficacies):.3f} | {min(efficacies):.3f} | {steps:.0f} | {time} |"
-            alike.append(row + f"{agents} | {len(runs)} | {collisions} | {text}")
-    lines = [
-        "# navground: behaviours in its experiments",
-        "",
-        "Written by `benchmarks/navground_experiments.py` from the runs in `benchmarks/results/navground.csv`. The",
-        "numbers of the experiments are those of `navground_examples_yaml/experiment` of navground 0.7: 1000 steps of",
-        "0.1 s, 20 agents. A run ends earlier when all agents have arrived, or when all are stuck. Collisions are rows",
-        "of navground's record, of all seeds. Efficacy is navground's; least: that of one seed. The time is processor",
-        "time with the simulation; -: not measured on the machine of the other rows.",
-        "",
-        "## 20 agents that are alike",
-        "",
-        "| experiment | kinematics | behaviour | seeds | collisions | efficacy | least | steps | us per agent, step |",
-        "|---|---|---|---|---|---|---|---|---|",
-        *alike,
-        "",
-        "## One `Slalom` among 19 HL",
-        "",
-        "Collisions are all that it takes part in; then those into which its own motion led.",
-        "",
-        "| experiment | kinematics | seeds | collisions | into which it moved | its efficacy |",
-        "|---|---|---|---|---|---|",
-        *alone,
-    ]
-    return "\n".join(lines) + "\n"
+        times = [float(r["time"]) for r in runs if r["time"]]
+        counts = (len(runs), collisions, own if "among" in key[2] else "")
+        means = (
+            f"{np.mean(efficacies):.3f}",
+            f"{min(efficacies):.3f}",
+            f"{np.mean([int(r['steps']) for r in runs]):.0f}",
+        )
+        found.append((*key, *map(str, counts), *means, f"{np.mean(times):.0f}" if times else ""))
+    return found
 
 
 def main() -> None:
-    """Make the runs that are missing, and write the page."""
+    """Make the runs that are missing, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--only", choices=list(SETTINGS))
@@ -194,7 +171,8 @@ def main() -> None:
                         rows.append(make(name, kind, agents, seed))
                         print(*rows[-1].values(), flush=True)
                         keep(rows)
-    PAGE.write_text(page(rows))
+    with TABLE.open("w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(table(rows))
 
 
 if __name__ == "__main__":

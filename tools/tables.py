@@ -4,8 +4,8 @@
     python tools/tables.py --make NAME --store DIR    # makes all runs of a table first; DIR keeps finished runs
     python tools/tables.py --make fleets --data DIR   # DIR has the test cases of other projects
 
-The runs of the table NAME are in benchmarks/results/NAME.csv. A page of its own holds the table of a study, or a chart
-and its main rows, beside a CSV file of all rows. Other tables are between two comments that name them.
+The runs of the table NAME are in benchmarks/results/NAME.csv. The table of a study is the file NAME_table.csv beside
+them. Other tables are in pages, between two comments that name them.
 `tests/docs/test_tables.py` compares every table with its runs, and makes two runs of its rows again. Runs take place in
 the processes of `portable.py`: their bits are the same on other processors.
 """
@@ -14,7 +14,6 @@ import argparse
 import csv
 import io
 import json
-import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +24,7 @@ from typing import Any
 
 import portable
 
-from slalom.cli.report import page_text
+from slalom.cli.report import printed
 from slalom.peers import contender
 from slalom.sim import Row, compare_all
 from slalom.sim.sweep.case import is_cases, is_deterministic, is_file, is_guided, run_one, versions
@@ -79,31 +78,33 @@ class Table:
 
 
 @dataclass(frozen=True)
-class StudyPage:
-    """A page that `slalom compare benchmarks/NAME.yaml --page docs/NAME.md` writes.
-
-    A row without kept runs stays as it is on the page. If it was made with another version, it names that version.
+class StudyTable:
+    """The table of a study, benchmarks/results/NAME_table.csv: a row for each scenario and method with kept runs.
 
     Attributes:
         data: folder of the test cases of other projects; without it their runs are not made.
-        main: scenarios and methods of the rows on a page with a chart; all rows are in docs/NAME.csv. None: all rows
-            are on the page.
+        has_chart: whether docs/images/NAME.svg is drawn of it.
     """
 
     name: str
     data: Path | None = None
-    main: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+    has_chart: bool = False
     fields: tuple[str, ...] = STUDY_FIELDS
-
-    @property
-    def page(self) -> str:
-        """The page of the study."""
-        return f"docs/{self.name}.md"
 
     @property
     def runs(self) -> Path:
         """The file of its runs."""
         return ROOT / "benchmarks" / "results" / f"{self.name}.csv"
+
+    @property
+    def whole(self) -> Path:
+        """The file of its rows."""
+        return ROOT / "benchmarks" / "results" / f"{self.name}_table.csv"
+
+    @property
+    def chart(self) -> Path:
+        """Its chart."""
+        return ROOT / "docs" / "images" / f"{self.name}.svg"
 
     @cached_property
     def study(self) -> Study:
@@ -116,103 +117,37 @@ class StudyPage:
         study = self.study
         return (*study.rows, *study.left_out)
 
-    def written(self, text: str, runs: Sequence[Run]) -> str:
-        """The text of its page with the table of these runs."""
-        study, rows = self.study, self.rows
+    def written(self, runs: Sequence[Run]) -> str:
+        """The text of the file of its rows."""
         found = {key: list(group) for key, group in groupby(runs, key=lambda run: (run["scenario"], run["method"]))}
         tables = []
-        for row in rows:
-            kept_methods = [method for method in row.methods if (scenario_text(row), method) in found]
-            same = bool(kept_methods) and is_deterministic(row.name, row.settings)
+        for row in self.rows:
+            methods = [method for method in row.methods if (scenario_text(row), method) in found]
+            same = bool(methods) and is_deterministic(row.name, row.settings)
             aggregates = {
                 method: aggregate([_result(run) for run in found[scenario_text(row), method]], same)
                 | {"guided": is_guided(row.name, row.settings, method)}
-                for method in kept_methods
+                for method in methods
             }
             name = Path(row.name).name if is_cases(row.name) else row.name
             about = {"scenario": name, "seeds": row.seeds, "settings": dict(row.settings), "deterministic": same}
             tables.append({**about, "methods": aggregates})
-        data = ["--data", "DATA_DIR"] if any(is_cases(row.name) for row in rows) else []
-        words = ["slalom", "compare", f"benchmarks/{self.name}.yaml", *data, "--page", self.page]
-        made_with = json.loads(VERSIONS.read_text())[self.name]
-        new = page_text(tables, study.title, study.text, " ".join(words), made_with)
-        former = next(iter(re.findall(r" with slalom ([\w.]+)", text)), made_with["slalom"])
-        lines = _rows_of(text)
-        if former != made_with["slalom"]:
-            lines = {key: _of_version(line, former) for key, line in lines.items()}
-        lines |= _rows_of(new)
-        settings = [", ".join(f"{name}={value:g}" for name, value in row.settings.items()) for row in rows]
-        keys = [(f"{t['scenario']} {s}".rstrip(), m) for t, s, row in zip(tables, settings, rows) for m in row.methods]
-        head = new[: new.index("\n", new.index("\n|---") + 1) + 1]
-        return head + "".join(f"{lines[key]}\n" for key in keys)
-
-    @property
-    def whole(self) -> Path:
-        """The CSV file of all rows of a page with main rows."""
-        return (ROOT / self.page).with_suffix(".csv")
-
-    @property
-    def chart(self) -> Path:
-        """The chart of a page with main rows."""
-        return ROOT / "docs" / "images" / f"{self.name}.svg"
+        file = io.StringIO()
+        csv.writer(file, lineterminator="\n").writerows(printed(tables))
+        return file.getvalue()
 
     def files(self, runs: Sequence[Run]) -> dict[Path, str]:
-        """The new text of its page, and of the file of all rows if the page has main rows only."""
-        page = ROOT / self.page
-        text = page.read_text()
-        if self.main is None:
-            return {page: self.written(text, runs)}
-        with self.whole.open(newline="") as file:
-            former = "".join(f"| {' | '.join(cells)} |\n" for cells in csv.reader(file))
-        new = self.written(text + former, runs)
-        before, heads, rest = new.partition("| scenario |")
-        lines = (heads + rest).splitlines(keepends=True)
-        scenarios, methods = self.main
-        main = [line for line in lines[2:] if (c := _cells_of(line))[0] in scenarios and c[1] in methods]
-        table = io.StringIO()
-        csv.writer(table, lineterminator="\n").writerows(_cells_of(line) for line in (lines[0], *lines[2:]))
-        words = CHART_TEXT.format(name=self.name)
-        return {page: before + words + "".join((*lines[:2], *main)), self.whole: table.getvalue()}
+        """The new text of the file of its rows."""
+        return {self.whole: self.written(runs)}
 
     def draw(self) -> None:
-        """Draw the chart of a page with main rows, from the file of all rows."""
+        """Draw its chart from the file of its rows."""
         from study_chart import chart
 
         from slalom.view import save
 
         with self.whole.open(newline="") as file:
             save(chart(list(csv.DictReader(file))), self.chart)
-
-
-CHART_TEXT = """\
-![Success and last arrival of each method in each scenario](images/{name}.svg)
-
-In the chart the colour of a cell is the share of runs with success. The number is the mean last arrival in seconds.
-With a minus sign, all robots arrived in no run. There are no runs of empty cells. The chart has the scenarios with runs
-of both `nao_shared` and `orca`. All rows are in [{name}.csv]({name}.csv). `tools/tables.py` draws the chart from the
-kept runs, and writes the file and this page. These are the main rows:
-
-"""
-"""Chart and file of all rows on a page with main rows."""
-
-
-def _cells_of(line: str) -> list[str]:
-    """The cells of a line of a table of Markdown."""
-    return line.strip().removeprefix("| ").removesuffix(" |").split(" | ")
-
-
-def _rows_of(text: str) -> dict[tuple[str, str], str]:
-    """The lines of the table of a page by scenario and method."""
-    lines = [line for line in text.splitlines() if line.startswith("| ")][1:]
-    return {(cells[0], cells[1]): line for line in lines if (cells := line.removeprefix("| ").split(" | "))}
-
-
-def _of_version(line: str, version: str) -> str:
-    """A line that names the version with which its runs were made, in the cell of the number of runs."""
-    cells = line.split(" | ")
-    if "slalom" not in cells[3]:
-        cells[3] += f", slalom {version}"
-    return " | ".join(cells)
 
 
 def decimals(key: str, digits: int) -> Callable[[str, str, Mapping[str, Any]], str]:
@@ -280,20 +215,7 @@ TABLES = (
 )
 
 
-MAIN_SCENARIOS = (
-    "circle robots=10, radius=20",
-    "circle robots=40, radius=40",
-    "ring robots=20",
-    "random_goals robots=50, side=25",
-    "crossing_streams robots=20",
-    "corridor_swap robots=20",
-    "doorway robots=20",
-    "navground_cross",
-)
-STUDIES = (
-    StudyPage("fleets", main=(MAIN_SCENARIOS, ("nao_shared", "nao", "orca", "navground_orca"))),
-    StudyPage("planners"),
-)
+STUDIES = (StudyTable("fleets", has_chart=True), StudyTable("planners"))
 
 
 def scenario_text(row: Row) -> str:
@@ -317,7 +239,7 @@ def _text(value: Any) -> str:
     return "" if value is None else f"{value:.{DIGITS}f}" if isinstance(value, float) else str(value)
 
 
-def make(table: Table | StudyPage, store: Path, jobs: int, merge: bool = False, missing: bool = False) -> None:
+def make(table: Table | StudyTable, store: Path, jobs: int, merge: bool = False, missing: bool = False) -> None:
     """Make all runs of a table, those of the store excepted, and write its file of runs.
 
     With `merge` make none: the file gets the rows of which all runs are in the store. With `missing` make only the rows
@@ -346,7 +268,7 @@ def make(table: Table | StudyPage, store: Path, jobs: int, merge: bool = False, 
         writer = csv.DictWriter(file, table.fields, lineterminator="\n")
         writer.writeheader()
         writer.writerows(lines)
-    if isinstance(table, StudyPage):
+    if isinstance(table, StudyTable):
         made_with = json.loads(VERSIONS.read_text()) if VERSIONS.exists() else {}
         used = versions(contender(name) for row in table.rows for name in row.methods)
         VERSIONS.write_text(json.dumps(made_with | {table.name: used}, indent=2) + "\n")
@@ -357,13 +279,13 @@ def key_of(row: Row) -> tuple[str, str]:
     return scenario_text(row), str(row.methods[0])
 
 
-def kept_rows(table: Table | StudyPage) -> dict[tuple[str, str], list[Run]]:
+def kept_rows(table: Table | StudyTable) -> dict[tuple[str, str], list[Run]]:
     """The lines of the file of runs by scenario and method."""
     runs = kept(table) if table.runs.exists() else []
     return {key: list(group) for key, group in groupby(runs, key=lambda run: (run["scenario"], run["method"]))}
 
 
-def kept(table: Table | StudyPage) -> list[Run]:
+def kept(table: Table | StudyTable) -> list[Run]:
     """The lines of the file of runs."""
     with table.runs.open(newline="") as file:
         return list(csv.DictReader(file))
@@ -429,12 +351,12 @@ def main(tokens: Sequence[str] | None = None) -> int:
         return portable.run(Path(__file__), words)
     for table in every:
         if table.name in given.make:
-            chosen = replace(table, data=given.data) if isinstance(table, StudyPage) else table
+            chosen = replace(table, data=given.data) if isinstance(table, StudyTable) else table
             make(chosen, given.store, given.jobs, given.merge, given.missing)
         if table.runs.exists():
             for file, text in table.files(kept(table)).items():
                 file.write_text(text)
-            if isinstance(table, StudyPage) and table.main is not None:
+            if isinstance(table, StudyTable) and table.has_chart:
                 table.draw()
     return 0
 

@@ -85,43 +85,16 @@ STUDY_ROWS = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
-def test_a_page_of_a_study_is_that_of_its_runs(study: tables.StudyPage) -> None:
-    """Title, text, command and every row with kept runs. All other rows name the version that made them."""
-    runs = tables.kept(study)
-    files = study.files(runs)
-    assert {path: path.read_text() for path in files} == files
-    expected = [(tables.scenario_text(row), method) for row in study.rows for method in row.methods]
-    made = {(run["scenario"], run["method"]) for run in runs}
-    assert ["slalom" not in row["runs"] for row in rows_of(study)] == [key in made for key in expected]
-
-
-def rows_of(study: tables.StudyPage) -> list[dict[str, str]]:
-    """All rows of a study by heading, from its page or from the file of all rows beside it."""
-    if study.main is not None:
-        return list(csv.DictReader(study.whole.read_text().splitlines()))
-    heads, *lines = [
-        line[2:-2].split(" | ") for line in (ROOT / study.page).read_text().splitlines() if line[:2] == "| "
-    ]
-    return [dict(zip(heads, line)) for line in lines]
-
-
-@pytest.mark.parametrize("study", [study for study in tables.STUDIES if study.main], ids=lambda study: study.name)
-def test_a_page_with_a_chart_has_the_main_rows(study: tables.StudyPage) -> None:
-    """As in the file of all rows, which it names, with every scenario and method that is a main one."""
-    text = (ROOT / study.page).read_text()
-    heads, *lines = [line[2:-2].split(" | ") for line in text.splitlines() if line.startswith("| ")]
-    rows, (scenarios, methods) = rows_of(study), study.main
-    main = [list(row.values()) for row in rows if row["scenario"] in scenarios and row["method"] in methods]
-    assert heads == list(rows[0])
-    assert lines == main
-    assert ({line[0] for line in lines}, {line[1] for line in lines}) == (set(scenarios), set(methods))
-    assert f"]({study.name}.csv)" in text
-    assert f"](images/{study.chart.name})" in text
-    assert study.chart.read_text().startswith("<?xml")
+def test_a_table_of_a_study_is_that_of_its_runs(study: tables.StudyTable) -> None:
+    """Every row has kept runs."""
+    assert {path: path.read_text() for path in study.files(tables.kept(study))} == study.files(tables.kept(study))
+    rows = list(csv.DictReader(study.whole.read_text().splitlines()))
+    assert len(rows) == sum(len(row.methods) for row in study.rows) == len(KEPT[study.name])
+    assert not study.has_chart or study.chart.read_text().startswith("<?xml")
 
 
 @pytest.mark.parametrize("study", tables.STUDIES, ids=lambda study: study.name)
-def test_every_seed_of_the_kept_rows_of_a_study_was_run(study: tables.StudyPage) -> None:
+def test_every_seed_of_the_kept_rows_of_a_study_was_run(study: tables.StudyTable) -> None:
     """Once, in the order of the rows; with the versions of all packages that were used."""
     found = [(run["scenario"], run["method"], run["seed"]) for run in tables.kept(study)]
     kept_rows = {run[:2] for run in found}
@@ -137,35 +110,9 @@ def test_every_seed_of_the_kept_rows_of_a_study_was_run(study: tables.StudyPage)
     assert {"slalom", "numpy", "numba", "shapely", "pyrvo", "navground"} <= set(used)
 
 
-def test_a_row_without_runs_names_its_version(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Rows with kept runs are rendered from these; a second rendering changes nothing."""
-    (tmp_path / "benchmarks" / "results").mkdir(parents=True)
-    (tmp_path / "benchmarks" / "small.yaml").write_text(
-        "title: Small\nmethods: [nao, vo]\nseeds: 1\nscenarios: [{scenario: empty, settings: {duration: 1}}]\n"
-    )
-    monkeypatch.setattr(tables, "ROOT", tmp_path)
-    monkeypatch.setattr(tables, "VERSIONS", tmp_path / "versions.json")
-    study = tables.StudyPage("small")
-    tables.make(study, tmp_path / "store", 1)
-    runs = tables.kept(study)
-    whole = study.written("", runs)
-    assert whole.startswith(
-        "# Small\n\nMade by `slalom compare benchmarks/small.yaml --page docs/small.md` with slalom "
-    )
-    former = re.sub(r"slalom [\d.]+", "slalom 0.0.9", whole, count=1).replace(" 0.50 ", " 0.40 ")
-    part = study.written(former, [run for run in runs if run["method"] == "nao"])
-    of_nao, of_vo = part.splitlines()[-2:]
-    assert of_nao == whole.splitlines()[-2]
-    assert of_vo.split(" | ")[3] == "1, deterministic, slalom 0.0.9"
-    assert study.written(part, [run for run in runs if run["method"] == "nao"]) == part
-    assert study.written(part, runs) == whole
-    tables.make(study, tmp_path / "none", 1, merge=True)
-    assert tables.kept(study) == []
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("study", "row", "method"), [one for one in turn(STUDY_ROWS, 3) if not one.marks])
-def test_two_runs_of_a_row_of_a_study_give_the_same_again(study: tables.StudyPage, row: Row, method: str) -> None:
+def test_two_runs_of_a_row_of_a_study_give_the_same_again(study: tables.StudyTable, row: Row, method: str) -> None:
     """Three rows of at most 20 robots with each commit, and two seeds of each, others with each commit."""
     installed(method)
     name = row.name
@@ -182,7 +129,7 @@ def test_two_runs_of_a_row_of_a_study_give_the_same_again(study: tables.StudyPag
 
 def test_deterministic_rows_of_a_study_have_no_intervals() -> None:
     """Without intervals where there is one distinct run, with them elsewhere."""
-    lines = (ROOT / "docs" / "fleets.csv").read_text().splitlines()[1:]
+    lines = tables.STUDIES[0].whole.read_text().splitlines()[1:]
     assert sum("circle" in line for line in lines) >= 40
     for line in lines:
         assert ("deterministic" in line) == ("noise=0" in line) == ("%)" not in line), line
@@ -194,17 +141,14 @@ NOT_MEASURED = {
     ("theory", "bound"),
     ("view", "type"),
     ("foresight", "model"),
-    ("encounters", "file"),
 }
 """Tables of numbers that define something, by page and first heading."""
 COMPARED = {
     "paper": "test_paper.py",
     "performance": "test_benchmarks.py",
-    "fleets": "this file",
-    "planners": "this file",
 }
 """Pages whose tables a test compares with kept results, and its file."""
-WITHOUT_VERSION = {"crossings", "foresight", "navground", "navground_tables"}
+WITHOUT_VERSION = {"crossings", "foresight", "navground"}
 """Pages that state the command of a table, or where its runs are, and not the version."""
 
 
@@ -226,10 +170,8 @@ PAGES = {path.stem: path for path in [ROOT / "README.md", *sorted((ROOT / "docs"
 
 @pytest.mark.parametrize("page", sorted(PAGES.keys() - COMPARED.keys() - WITHOUT_VERSION))
 def test_a_measured_table_states_its_command_version_and_date(page: str) -> None:
-    """In its section, if it is not written from kept runs. A page of `slalom compare` needs no date: runs are exact."""
+    """In its section, if it is not written from kept runs."""
     for heading, section in measured_tables(page, PAGES[page].read_text()):
-        if re.search(r"^Made by `slalom compare .*` with slalom \d+\.\d+\.\d+, ", section, re.M):
-            continue
         assert re.search(r"`(python|slalom|make) [^`]+`|`cross\(|^    python ", section, re.M), heading
         assert re.search(r"with\s+slalom \d+\.\d+\.\d+ on\s+20\d\d-\d\d-\d\d", section), heading
 

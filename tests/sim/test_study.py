@@ -1,6 +1,5 @@
 """Studies: the same table to the bit whatever the number of jobs, and the right one."""
 
-import csv
 import io
 import json
 import multiprocessing
@@ -592,22 +591,6 @@ def test_a_row_without_guidance_is_beside_one_with_it(name: str) -> None:
 
     assert found(guided=False)
     assert found(guided=False) <= found(guided=True)
-
-
-def test_the_page_of_fleets_has_the_rows_of_its_study() -> None:
-    """docs/fleets.csv has all of them; the page, what the command wrote."""
-    page, table = (FLEETS.parents[1].joinpath("docs", f"fleets.{kind}") for kind in ("md", "csv"))
-    study = read_study(FLEETS)
-    # It was made where the files of test cases are.
-    rows = [*study.rows, *study.left_out]
-    cells = [line[:2] for line in csv.reader(table.read_text().splitlines())][1:]
-    expected = []
-    for row in rows:
-        settings = ", ".join(f"{name}={value:g}" for name, value in row.settings.items())
-        called = Path(row.scenario).name if row.scenario.endswith(".csv") else row.scenario
-        expected += [[f"{called} {settings}".rstrip(), method] for method in row.methods]
-    assert cells == expected
-    assert "`slalom compare benchmarks/fleets.yaml " in page.read_text()
 
 
 def test_a_row_names_methods_with_their_own_parameters(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ from slalom.model.response import (
 )
 
 HOLDS: Final = (0.2, 0.5, 1.0, 2.0, 4.0)
-"""[s] Default durations for which accelerations are held; see docs/design/0004."""
+"""[s] Default durations for which accelerations are held; see docs/design/0001."""
 
 Responses = Callable[[Limits, float, tuple[float, ...]], tuple[Response, ...]]
 

@@ -114,7 +114,7 @@ class Navigator(Settings):
     better than the best by the share MIN_IMPROVEMENT of the shortest response. A robot without a safe proposal
     continues the committed manoeuvre, which remains safe as long as the forecasts hold. If they did not hold,
     requirements are dropped in this order: the margin, the latest collision, the least impact speed. See
-    docs/design/0005 and 0011.
+    docs/design/0005 and 0012.
 
     A robot with the bound LeastSpeed has no responses that end at rest. Where no constant velocity is free, in the
     plane, it begins a turn that is free up to the horizon, see `Method.turning`.

@@ -73,10 +73,6 @@ def oscillation(result: Result) -> list[str]:
         _by_method(
             result, lambda r: f"{r['side_flips']:.1f} / {r['heading_variation']:.1f} / {100 * r['changed']:.0f}"
         ),
-        "Pairs that collided / robots that arrived / last arrival, mean of the runs in which all arrived, s:",
-        _by_method(
-            result, lambda r: f"{r['collisions']} / {r['arrived']} of {r['runs'] * r['robots']} / {_time(r['time'])}"
-        ),
         paragraph(_verdict(result)),
         paragraph(_effect_of_the_obstacle(result)),
         paragraph(
@@ -91,10 +87,6 @@ def oscillation(result: Result) -> list[str]:
 
 def _selections(result: Result) -> list[str]:
     return list(dict.fromkeys(row["selection"] for row in result["rows"]))
-
-
-def _time(seconds: float | None) -> str:
-    return "-" if seconds is None else f"{seconds:.1f}"
 
 
 def _by_method(result: Result, cell: Callable[[Result], str]) -> str:
@@ -244,8 +236,7 @@ def smoothness(result: Result) -> list[str]:
         ),
         paragraph(
             f"{_compared(result['rows'])} {_effects(result['rows'])} Motion is smooth if a free control is kept, "
-            "which NAO permits for the longest time. Compare the mean jerk of the paper's controller, kept, in the "
-            "claim `sweep`."
+            "which NAO permits for the longest time."
         ),
     ]
 
@@ -320,31 +311,18 @@ def curves(result: Result) -> list[str]:
             ]
         )
     head = ["question", "lane of the car", "horizon, s", "first alarms", "second alarms", "only first", "only second"]
+    radii = ", ".join(f"{r:g} m" for r in result["radii"])
     inner = [row for row in result["tables"] if row["side"] == "inner"]
     outer = [row for row in result["tables"] if row["side"] == "outer"]
-    radii = [f"{r:g} m" for r in result["radii"]]
     return [
         paragraph(
-            f"The robot (radius {result['robot_radius']:g} m) drives on a circle of {', '.join(radii)}. Its speed is "
+            f"The robot (radius {result['robot_radius']:g} m) drives on a circle of {radii}. Its speed is "
             f"{', '.join(f'{v:g}' for v in result['speeds'])} m/s. One car (radius {result['car_radius']:g} m) drives "
             f"in the next lane, {result['lane']:g} m farther in or out. Its speed is "
             f"{', '.join(f'{q:g}' for q in result['ratios'])} times that of the robot, and it is "
             f"{min(result['ahead']):g} to {max(result['ahead']):g} m ahead."
         ),
         table(head, rows),
-        "Alarms for a car in the inner lane, by the radius of the robot's lane (VO and AO; NLVO and NAO in "
-        "parentheses):",
-        table(
-            ["question", "horizon, s", *radii],
-            [
-                [
-                    ", ".join(name.upper() for name in row["methods"]),
-                    f"{row['horizon']:g}",
-                    *(f"{c['first']} ({c['second']}) of {c['cases']}" for c in row["by_radius"].values()),
-                ]
-                for row in inner
-            ],
-        ),
         paragraph(
             f"A car in the inner lane: NLVO and NAO raise {sum(r['all']['second'] for r in inner)} alarms in "
             f"{sum(r['all']['cases'] for r in inner)} cases, VO and AO {sum(r['all']['first'] for r in inner)}. All "
@@ -449,26 +427,8 @@ def sweep(result: Result) -> list[str]:
 
 
 def _sweep_details(result: Result) -> list[str]:
-    """Render more columns of the rows with all cars at lane speed 1, the variants, and the conclusions."""
-    rows, seeds = result["rows"], result["seeds"]
-
-    def line(row: Result, first: Sequence[str]) -> list[str]:
-        time = "-" if row["time"] is None else f"{row['time']:.1f}"
-        return [
-            *first,
-            f"{row['runs_with_collision']}",
-            f"{row['adjustments_per_second']:.2f}",
-            f"{100.0 * row['without_free_control']:.1f}",
-            f"{row['left_the_ring']}",
-            f"{row['far_side']}",
-            time,
-            f"{row['mean_acceleration']:.2f}",
-            f"{row['mean_jerk']:.2f}",
-        ]
-
-    head = ["collided", "adjustments/s", "none free, %", "left", "far side", "time, s", "mean acc.", "mean jerk"]
-    all_cars_slow = [row for row in rows if row["neighbours"] == 0 and row["lane_speed"] == 1.0]
-    control = {True: "kept", False: "chosen again"}
+    """Render the conclusions."""
+    rows = result["rows"]
     all_cars = [row for row in rows if row["neighbours"] == 0]
     nearest_cars = [row for row in rows if row["neighbours"]]
 
@@ -479,25 +439,13 @@ def _sweep_details(result: Result) -> list[str]:
         )
 
     text = [
-        f"Further columns of the rows with all cars at lane speed 1 ({seeds} runs each; m/s² and m/s³):",
-        table(
-            ["control", "method", "replan, s", *head],
-            [line(row, [control[row["keep"]], f"`{row['method']}`", f"{row['replan']:g}"]) for row in all_cars_slow],
-        ),
-        f"Other horizons and limits, kept, all cars, replan 0.5 s, {result['sensitivity_seeds']} runs each:",
-        table(
-            ["method", "horizon, s", "limit, m/s²", *head],
-            [
-                line(row, [f"`{row['method']}`", f"{row['horizon']:g}", f"{row['max_acceleration']:g}"])
-                for row in result["sensitivity"]
-            ],
-        ),
         "These are sums over all intervals, speeds and both controls. With all cars considered, NAO collides in "
         f"{count(all_cars, 'nao')} runs. AO collides in {count(all_cars, 'ao')}. **Corrections:** AO collides if its "
         "forecast becomes wrong before the next decision, that is, at long intervals or on fast lanes. "
         + _collisions_at_shortest_interval(all_cars)
         + " The lower number of adjustments results from keeping a free acceleration together with a forecast that "
-        "stays correct. A robot that chooses again at every decision adjusts often with both methods.",
+        "stays correct. A robot that chooses again at every decision adjusts often with both methods. The file of all "
+        "numbers also has speeds, accelerations and jerks, and other horizons and limits.",
     ]
     if nearest_cars:
         text.append(
@@ -506,7 +454,7 @@ def _sweep_details(result: Result) -> list[str]:
             "only the nearest "
             "vehicles, as in the paper, are therefore weak evidence about AO."
         )
-    return [part if part.startswith("|") else paragraph(part) for part in text]
+    return [paragraph(part) for part in text]
 
 
 def _collisions_at_shortest_interval(rows: Sequence[Result]) -> str:

@@ -140,7 +140,7 @@ class VehicleNavigator(SharedSettings):
     Thrun 1997): it holds a speed and a turn for some time, and brakes to rest. Of those that are clear it chooses the
     one that ends nearest to its goal. Without any it brakes, or takes the motion with the latest contact if braking
     hits an obstacle that is known; never one that drives into what stands still, unless each does. A body that overlaps
-    an obstacle leaves it, and gets no deeper into any where possible (docs/design/0023).
+    an obstacle leaves it, and gets no deeper into any where possible (docs/design/0005).
 
     What tracked obstacles do later is not known: `Tracks`, and others that move with an uncertainty. So by default
     contacts with them count only while the vehicle moves (passive safety). What comes too near in any case is
