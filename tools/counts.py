@@ -152,11 +152,18 @@ def crossing(kind: str, size: Any, steps: int) -> Scene:
             "gallery": lambda: closed_loop.of_gallery(size, 1),
             "observed": lambda: closed_loop.among(size, 1),
             "town": lambda: closed_loop.of_town(1),
+            "listed": lambda: map(as_list, closed_loop.among(size, 1)),
         }
         (one,) = islice(of[kind](), 1)
         return lambda: closed_loop.drive(one, steps), steps
 
     return prepare
+
+
+def as_list(crossing: Any) -> Any:
+    """The crossing with the tracks as a list of obstacles, made once."""
+    obstacles = list(crossing.around(crossing.start)[1].obstacles)
+    return crossing._replace(around=lambda now: (obstacles, None))
 
 
 def fleet(method: str, robots: int, steps: int, room: float) -> Scene:
@@ -216,6 +223,7 @@ def vehicle() -> tuple[Callable[[], Any], int]:
 
 SHORT: dict[str, Scene] = {
     "roundabout": crossing("gallery", "roundabout_crossing", 12),
+    "listed": crossing("listed", 30, 12),
     "fleet": fleet("nao", 8, 2, 9.0),
     "doorway": of_gallery("doorway", 8, 6),
     "filter": filtered,

@@ -362,3 +362,30 @@ def test_threads_share_a_table() -> None:
     finally:
         sys.setswitchinterval(before)
     assert found == [[pytest.approx(0.5 + 0.1 * (thread + 1))] * 200 for thread in range(8)]
+
+
+@pytest.mark.parametrize("forecast", [None, AtConstantVelocity(), AtConstantAcceleration()], ids=str)
+@pytest.mark.parametrize("start", [0.0, 1.3])
+def test_many_obstacles_at_once_have_the_bodies_of_each_alone(forecast: Forecast | None, start: float) -> None:
+    rule = METHODS["nao"].forecast if forecast is None else forecast
+    rng = np.random.default_rng(0)
+    vectors = rng.normal(0.0, 2.0, (6, 3, 2))
+    corner = Polyline([(0.0, 0.0), (2.0, 0.0), (2.0, 3.0)], 0.1)
+    obstacles = [
+        *(Obstacle(Disc(0.2 + 0.1 * k), ConstantVelocity(p, v, 0.5)) for k, (p, v, _) in enumerate(vectors[:2])),
+        Obstacle(Rectangle(2.0, 1.0), Circular((1.0, 2.0), 3.0, 1.0), heading="motion"),
+        Obstacle(Rectangle(2.0, 1.0), ConstantAcceleration(*vectors[2], 0.2), heading=0.7, contact_at_rest=False),
+        Obstacle(corner, Stationary(vectors[3, 0])),
+    ]
+    together = ObstacleWindow.predicted(obstacles, rule, start, 4.0)
+    robot = Rectangle(1.0, 0.5)
+    found, alone = (
+        together.bodies(robot),
+        [ObstacleWindow([one], start, 4.0).bodies(robot) for one in together.obstacles],
+    )
+    np.testing.assert_array_equal(found.pieces.times, np.concatenate([one.pieces.times for one in alone]))
+    np.testing.assert_array_equal(found.pieces.points, np.concatenate([one.pieces.points for one in alone]))
+    np.testing.assert_array_equal(found.corners.corners, np.concatenate([one.corners.corners for one in alone]))
+    for field in ("radius", "hull_radius", "offset", "at_rest"):
+        np.testing.assert_array_equal(found.each[field], np.concatenate([one.each[field] for one in alone]))
+    assert found.each["owner"].tolist() == [k for k, one in enumerate(alone) for _ in one.each]

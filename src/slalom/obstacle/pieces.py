@@ -26,7 +26,7 @@ from slalom.kernels.arrays import (
 from slalom.model.path import Path
 from slalom.model.shape import Part, Shape
 from slalom.model.trajectory import PiecewisePolynomial, Trajectory
-from slalom.model.trajectory.kinds import cubic_paths
+from slalom.model.trajectory.kinds import cubic_paths, quadratic_paths
 from slalom.model.uncertainty import Covering, GrowsUntil
 from slalom.obstacle.obstacle import Obstacle
 
@@ -287,6 +287,28 @@ def pieces_of_each(
     return joined(obstacles, indices, shapes, tables, start, braking is not None)
 
 
+def straight_bodies(
+    obstacles: Sequence[Obstacle], robot: Shape, start: float, until: Array, derivatives: int
+) -> Bodies:
+    """As `pieces_of_each`, all at once, of exact obstacles on quadratic paths in constant headings."""
+    end = start + until
+    some = np.flatnonzero(start < end).tolist()
+    if not some:
+        return no_bodies(robot.dimension, len(obstacles))
+    each, end = [obstacles[k] for k in some], end[some]
+    shapes: list[MinkowskiSum] = [_minkowski_sum(one.shape, robot, one.heading) for one in each]  # type: ignore[arg-type]
+    sizes = np.array([len(shape.radius) for shape in shapes])
+    grown, total = sums_together(shapes), int(sizes.sum())
+    points = quadratic_paths([one.trajectory for one in each], start, end, derivatives)
+    points = np.repeat(points, sizes, axis=0) + grown.offsets[:, None]
+    times, none = np.zeros((total, 2)), np.zeros(total)
+    times[:, 1] = np.repeat(end - start, sizes)
+    pieces = Pieces(times, points, none, none, NO_TURNS, np.arange(total))
+    bodies = bodies_of(pieces, grown, np.repeat(some, sizes), np.zeros(total, np.bool_), len(obstacles))
+    bodies.each["at_rest"] = np.repeat([one.contact_at_rest for one in each], sizes)
+    return bodies
+
+
 @lru_cache(maxsize=256)
 def _stretched_sum(radius: float, robot: Shape) -> MinkowskiSum:
     """Minkowski sum of a disc, stretched by a displacement that is the direction of the body, and a robot."""
@@ -436,9 +458,6 @@ def rows_of(
     b, n = len(shape.radius), len(path.points)
     times = np.empty((n, 2))
     times[:, 0], times[:, 1] = path.times[:-1], path.times[1:]
-    if b == 1 and turns is None:
-        # The usual case, for many obstacles at every decision.
-        return Pieces(times, path.points + shape.offsets, radius, growth, _ahead(n), np.zeros(n, np.int64))
     if b == 1:
         points = path.points + shape.offsets
     else:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
+from itertools import groupby
 from typing import Any, Final, NamedTuple, Protocol, TypeAlias, cast
 
 import numpy as np
@@ -13,16 +14,26 @@ from slalom import kernels
 from slalom.base.checks import Array, array, duration, has, number
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import CONTACT_SLACK, OVERLAP, REST
-from slalom.forecast.forecast import EXACT, Forecast, FromModels, FromPast
+from slalom.forecast.forecast import (
+    EXACT,
+    AtConstantAcceleration,
+    AtConstantVelocity,
+    Forecast,
+    FromModels,
+    FromPast,
+    Known,
+    Present,
+)
 from slalom.kernels.arrays import Bodies, Flags, Indices
 from slalom.kernels.decision.tables import AtHorizon
 from slalom.model.limits import Limits
 from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.model.trajectory import Trajectory
+from slalom.model.trajectory.kinds import QUADRATIC
 from slalom.model.uncertainty import COVERAGES, BoundedError, Covering, GrowsUntil, Uncertainty
 from slalom.obstacle.obstacle import Headings, Obstacle
-from slalom.obstacle.pieces import Reach, merged, no_bodies, pieces_of_each
+from slalom.obstacle.pieces import Reach, merged, no_bodies, pieces_of_each, straight_bodies
 from slalom.obstacle.table import (
     NONE_AT_HORIZON,
     ObstacleTable,
@@ -153,6 +164,23 @@ def covering(obstacles: Sequence[Obstacle], share: float) -> list[Obstacle]:
     return [replace(o, uncertainty=error) for o, error in zip(obstacles, held, strict=True)]
 
 
+DERIVATIVES: Final[dict[type, int]] = {Known: 2, Present: 2, AtConstantVelocity: 1, AtConstantAcceleration: 2}
+"""Forecasts under which straight obstacles stay so, and how many derivatives of their positions each keeps."""
+
+
+def are_straight(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], forecast: Forecast) -> list[bool]:
+    """Of each whether it is an obstacle whose motion a forecast gives exactly: one quadratic, in a constant heading."""
+    # No function is called for each: there are many at every decision.
+    return [
+        type(forecast) in DERIVATIVES
+        and isinstance(one, Obstacle)
+        and type(one.trajectory) in QUADRATIC
+        and type(one.heading) is float
+        and one.uncertainty is None
+        for one in obstacles
+    ]
+
+
 class Source(Protocol):
     """Obstacles that come together."""
 
@@ -183,20 +211,28 @@ class Source(Protocol):
 
 
 class _Listed:
-    """Obstacles of this decision only."""
+    """Obstacles of this decision only, all straight under the `forecast`, or predicted already: None."""
 
-    def __init__(self, obstacles: Sequence[Obstacle]) -> None:
-        self.obstacles = obstacles
-        self.dimension = one_dimension(obstacle.dimension for obstacle in obstacles)
-        self.is_passive = not all(obstacle.contact_at_rest for obstacle in obstacles)
-        self.has_futures = any(obstacle.probability < 1.0 for obstacle in obstacles)
+    def __init__(self, given: Sequence[Obstacle], forecast: Forecast | None, now: float) -> None:
+        self._given, self._forecast, self._now = given, forecast, now
+        self.dimension = one_dimension(obstacle.dimension for obstacle in given)
+        self.is_passive = not all(obstacle.contact_at_rest for obstacle in given)
+        self.has_futures = any(obstacle.probability < 1.0 for obstacle in given)
 
     def __len__(self) -> int:
-        return len(self.obstacles)
+        return len(self._given)
+
+    @cached_property
+    def obstacles(self) -> Sequence[Obstacle]:
+        """The obstacles, one by one."""
+        rule = self._forecast
+        return self._given if rule is None else [predicted(one, rule, self._now) for one in self._given]
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """The pieces of all from `start` on, up to `until` (n,) [s] after it; none of those that do not exist then."""
-        return pieces_of_each(self.obstacles, robot, start, until)
+        if self._forecast is None:
+            return pieces_of_each(self._given, robot, start, until)
+        return straight_bodies(self._given, robot, start, until, DERIVATIVES[type(self._forecast)])
 
     @cached_property
     def outlines(self) -> Outlines:
@@ -204,8 +240,8 @@ class _Listed:
         return outlines(self.obstacles)
 
 
-def sources_of(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: float, end: float) -> list[Source]:
-    """Tables and tracks as they are, obstacles that follow each other together, as they are known at `now` [s].
+def sources_of(obstacles: Sequence[Obstacle | Source], now: float, end: float) -> list[Source]:
+    """Sources as they are, obstacles that follow each other together, as they are known at `now` [s].
 
     A trajectory that lasts up to the `end` [s] of the window needs no continuation.
     """
@@ -216,10 +252,10 @@ def sources_of(obstacles: Sequence[Obstacle | ObstacleTable | Tracks], now: floa
             plain.append(one if one.trajectory.span[1] >= end else one.known_at(now))
             continue
         if plain:
-            found.append(_Listed(plain))
+            found.append(_Listed(plain, None, now))
             plain = []
         found.append(one)
-    return [*found, _Listed(plain)] if plain else found
+    return [*found, _Listed(plain, None, now)] if plain else found
 
 
 SHALLOW_OVERLAP: Final = 1e-3
@@ -253,7 +289,7 @@ class ObstacleWindow:
         if horizons is not None:
             self.until = self._each(horizons)
 
-    def _fill(self, given: Sequence[Obstacle | ObstacleTable | Tracks], start: float, horizon: float) -> None:
+    def _fill(self, given: Sequence[Obstacle | Source], start: float, horizon: float) -> None:
         """Set all attributes, from what is checked."""
         self.start, self.horizon = start, horizon
         self._sources = sources_of(given, start, start + horizon)
@@ -478,16 +514,23 @@ def _key(robot: Shape, reach: Reach) -> tuple[object, ...]:
 
 def _foreseen(
     given: list[Obstacle | ObstacleTable | Tracks], forecast: Forecast, start: float, reaction: Reaction | None
-) -> list[Obstacle | ObstacleTable | Tracks]:
+) -> Sequence[Obstacle | Source]:
     """The tables and tracks as `given`, and in place of each obstacle what a forecast expects of it at `start` [s]."""
-    rows = [k for k, one in enumerate(given) if isinstance(one, Obstacle)]
-    if not rows:
+    if not any(isinstance(one, Obstacle) for one in given):
         return given
+    straight = are_straight(given, forecast)
+    rows = [k for k, one in enumerate(given) if isinstance(one, Obstacle) and not straight[k]]
     single = [cast(Obstacle, given[k]) for k in rows]
     there = [n for n, one in enumerate(single) if forecast.includes_future or one.exists(start)]
     expected: dict[int, Sequence[Obstacle]] = dict.fromkeys(rows, ())
     expected |= {rows[n]: each for n, each in zip(there, futures(single, forecast, start, there, reaction))}
-    return [each for k, one in enumerate(given) for each in expected.get(k, (one,))]
+    found: list[Obstacle | Source] = []
+    for at_once, some in groupby(range(len(given)), straight.__getitem__):
+        if at_once:
+            found.append(_Listed([cast(Obstacle, given[k]) for k in some], forecast, start))
+        else:
+            found += [one for k in some for one in expected.get(k, (cast(Source, given[k]),))]
+    return found
 
 
 def listed(obstacles: Obstacles, name: str = "obstacles") -> Sequence[Obstacle | ObstacleTable | Tracks]:

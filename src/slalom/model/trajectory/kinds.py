@@ -26,16 +26,31 @@ class _Quadratic(Endless):
     def dimension(self) -> int:
         return self.initial_position.size
 
-    def path(self: Trajectory, start: float, end: float) -> Path:
-        duration = end - start
-        step = self.velocity(start) * (duration / 3.0)
-        second_difference = self.acceleration(start) * (duration * duration / 6.0)
-        points = np.empty((1, 4, self.dimension))
-        points[0, 0] = self.position(start)
-        points[0, 1] = points[0, 0] + step
-        points[0, 2] = points[0, 1] + step + second_difference
-        points[0, 3] = points[0, 2] + step + 2.0 * second_difference
-        return Path(np.array([start, end]), points, np.zeros(1))
+    def path(self, start: float, end: float) -> Path:
+        return Path(np.array([start, end]), quadratic_paths([self], start, np.array([end])), np.zeros(1))
+
+
+def quadratic_paths(several: Sequence[object], start: float, end: Array, derivatives: int = 2) -> Array:
+    """Control points (n, 4, d) [m] of the paths of QUADRATIC trajectories, from start to `end` (n,) [s].
+
+    With 1 of the `derivatives` they have no acceleration from the start on.
+    """
+    # Read so, since a field that is `Checked` takes a call in Python.
+    fields = [vars(one) for one in several]
+    position = np.array([each["initial_position"] for each in fields])
+    none = np.zeros(position.shape[1])
+    velocity = np.array([each.get("initial_velocity", none) for each in fields])
+    acceleration = np.array([each.get("initial_acceleration", none) for each in fields])
+    elapsed = start - np.array([[each.get("at", start)] for each in fields])
+    duration = (end - start)[:, None]
+    step = (velocity + elapsed * acceleration) * (duration / 3.0)
+    second_difference = (acceleration if derivatives == 2 else 0.0 * acceleration) * (duration * duration / 6.0)
+    points = np.empty((len(fields), 4, len(none)))
+    points[:, 0] = position + elapsed * (velocity + 0.5 * elapsed * acceleration)
+    points[:, 1] = points[:, 0] + step
+    points[:, 2] = points[:, 1] + step + second_difference
+    points[:, 3] = points[:, 2] + step + 2.0 * second_difference
+    return points
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +142,10 @@ class ConstantAcceleration(_Quadratic):
 
 
 # Piecewise polynomials of any degree, as drone planners produce them.
+
+
+QUADRATIC: Final = (Stationary, ConstantVelocity, ConstantAcceleration)
+"""Kinds of trajectories without start and end whose path is one piece."""
 
 
 @dataclass(frozen=True, eq=False)

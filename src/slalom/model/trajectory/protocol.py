@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from math import comb
-from typing import Final, Protocol, runtime_checkable
+from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -66,9 +66,7 @@ def times_within(span: tuple[float, float], t: npt.ArrayLike) -> Array:
 class Endless:
     """Members shared by trajectories without start, end and breaks."""
 
-    @property
-    def span(self) -> tuple[float, float]:
-        return FOREVER
+    span: ClassVar = FOREVER
 
     def breaks(self, start: float, end: float) -> Array:
         return np.empty(0)
