@@ -19,8 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from time import perf_counter
-from types import CodeType, FrameType
+from types import CodeType
 from typing import Any
 
 import portable
@@ -38,63 +37,14 @@ sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "src")]
 import budget  # noqa: E402
 
 
-def codes(functions: Mapping[str, tuple[Any, ...]]) -> dict[CodeType, str]:
-    """The name of each of some functions, by its code."""
-    return {function.__code__: name for name, some in functions.items() for function in some}
-
-
-def stages() -> dict[CodeType, str]:
-    """The stage of a decision by each function in which it begins; stages that follow within it count apart."""
-    from slalom.decision import decision, policy_tables, settings
-    from slalom.kernels.decision import bodies, collision, costs, motion_clear, policy, response_motion
-
-    return codes(
-        {
-            "predict": (settings.Settings.predict,),
-            "gather": (policy_tables.PolicyTables.decision, bodies.obstacle_pieces),
-            "keep": (policy.keep_committed, policy.committed_is_clear),
-            "propose": (costs.optimistic_costs,),
-            "certify": (motion_clear.met_by_preferred, response_motion.free_control),
-            "choose": (policy.best_response,),
-            "relax": (bodies.reduce_margin, policy.most_clearance, collision.latest_collision),
-            "report": (decision.completed,),
-        }
-    )
-
-
-class Clock:
-    """Calls of each stage, and the time [s] in it without the stages within it. A profiler for `sys.setprofile`."""
-
-    def __init__(self) -> None:
-        self.calls: Counter[str] = Counter()
-        self.spent: Counter[str] = Counter()
-        self._names, self._inside, self._since = stages(), ["rest"], perf_counter()
-
-    def __call__(self, frame: FrameType, event: str, _: Any) -> None:
-        name = self._names.get(frame.f_code)
-        if name is None or event not in ("call", "return"):
-            return
-        now = perf_counter()
-        self.spent[self._inside[-1]] += now - self._since
-        self._since = now
-        if event == "call":
-            self.calls[name] += 1
-            self._inside.append(name)
-        else:
-            self._inside.pop()
-
-
 def print_stages(scene: str, work: Callable[[], Any], decisions: int) -> None:
     """Print calls of each stage by decision, and its share of the time."""
-    clock = Clock()
-    sys.setprofile(clock)
-    try:
-        work()
-    finally:
-        sys.setprofile(None)
-    whole = sum(clock.spent.values())
-    for name in dict.fromkeys([*stages().values(), "rest"]):
-        print(f"{scene:16}{name:10}{clock.calls[name] / decisions:8.4g} calls{clock.spent[name] / whole:8.0%}")
+    from slalom.decision.stages import stages_of
+
+    found = stages_of(work)
+    whole = sum(stage.time for stage in found.values())
+    for name, (count, time) in found.items():
+        print(f"{scene:16}{name:10}{count / decisions:8.4g} calls{time / whole:8.0%}")
 
 
 def counted_kernels() -> dict[CodeType, str]:
@@ -115,7 +65,7 @@ def counted_kernels() -> dict[CodeType, str]:
         "response_paths": (paths.response_path,),
         "ball_tests": (bodies.is_near, bodies.meets_balls),
     }
-    return codes(kernels)
+    return {function.__code__: name for name, some in kernels.items() for function in some}
 
 
 def calls(work: Callable[[], Any]) -> Counter[str]:

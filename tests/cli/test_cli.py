@@ -285,6 +285,7 @@ def test_decide_time_to_collision_is_that_of_the_preferred_control(say: Say) -> 
     assert "\npreferred collides after 3.25 s" in said.out
     assert "exceeds" not in said.out
     assert "\npreferred collides with nothing within the horizon\n" in say("explain", "empty").out
+    assert "\npolicy             1 calls, " in say("explain", "empty", "--stages").out
 
 
 def test_decide_shows_the_limits_that_the_preferred_control_exceeds(say: Say) -> None:

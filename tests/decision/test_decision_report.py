@@ -196,3 +196,13 @@ def test_a_step_of_a_fleet_says_which_robots_are_safe_and_stuck() -> None:
     assert made.stalled[0] >= 4.0
     assert made.stalled[2] == 0.0
     assert np.any(unsafe, axis=0).tolist() == [False, True, False]
+
+
+def test_stages_of_a_decision_made_again() -> None:
+    found = run(3)[-1].stages()
+    assert {name: stage.calls for name, stage in found.items() if stage.calls} == dict.fromkeys(
+        ("predict", "gather", "policy", "report"), 1
+    )
+    assert all(stage.time >= 0.0 for stage in found.values())
+    with pytest.raises(slalom.InvalidInput, match="found one without inputs"):
+        replace(run(1)[0], inputs=None).stages()

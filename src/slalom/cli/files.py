@@ -178,7 +178,7 @@ def _convert_run(source: Path, target: Path, rate: float | None, reading: Readin
 
 LABELS = {"time_to_collision": "preferred collides"}
 """Labels for keys of the result that do not name their control."""
-EXPLAINED = ("sentences", "preferred_hits", "passes", "limits", "cost", "alternatives")
+EXPLAINED = ("stages", "sentences", "preferred_hits", "passes", "limits", "cost", "alternatives")
 """Keys of an explanation that its sentences say."""
 
 
@@ -212,6 +212,7 @@ def explain(
     json: Flag = False,
     figure: Path | None = None,
     uncertainty: Flag = False,
+    stages: Flag = False,
     look: Look | None = None,
 ) -> int:
     """Explain one decision: what the robot preferred, why it did not take it, and what else it could do.
@@ -240,6 +241,9 @@ def explain(
         Draw the decision to this .svg, .pdf or .png file.
     uncertainty
         Draw the regions that hold obstacles with an uncertainty into the figure.
+    stages
+        Make the decision again, and print calls and microseconds of its stages. Those within compiled kernels are a
+        part of `policy`; NUMBA_DISABLE_JIT=1 shows each.
     """
     from slalom.sim.files.decision_file import is_decision
 
@@ -256,13 +260,13 @@ def explain(
         _refuse_given(given, "decision" if is_file else "run")
     drawable(figure)
     if is_file:
-        return _repeat(scene, json, drawn)
+        return _repeat(scene, json, stages, drawn)
     loaded, chosen, decision = (
         _of_run(Path(scene), at)
         if from_run
         else _of_scene(scene, parse_settings(settings), seed, at, method, foresight)
     )
-    navigator, result = loaded.navigator(chosen), _result(loaded, chosen, decision)
+    navigator, result = loaded.navigator(chosen), _result(loaded, chosen, decision) | _stages(decision, stages)
     writable(figure)
     drawn.draw(decision, navigator, loaded.robot.goal, loaded.name)
     print_result(result, json, lambda: _text(result))
@@ -360,7 +364,7 @@ def _refuse_several(count: int) -> None:
         raise InvalidInput(f"scenario: expected one with one robot to decide for, found {found}")
 
 
-def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
+def _repeat(file: str, json: bool, stages: bool, drawn: DecisionFigure) -> int:
     """Repeat the decision of a file, draw and print it; return the exit code."""
     from slalom.sim.explanation import explanation
     from slalom.sim.files.decision_file import read_decision
@@ -377,6 +381,7 @@ def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
         **decision.as_dict(),
         **_of_controls(decision),
         **explanation(decision),
+        **_stages(decision, stages),
     }
     writable(drawn.file)
     if not same:
@@ -385,6 +390,12 @@ def _repeat(file: str, json: bool, drawn: DecisionFigure) -> int:
         drawn.draw(decision, navigator, goal, file)
     print_result(result, json, lambda: _text(result))
     return DONE if same and decision.safe else FAILED
+
+
+def _stages(decision: "Decision", wanted: bool) -> dict[str, object]:
+    """Calls and microseconds of each stage of a decision, if they are wanted."""
+    found = decision.stages() if wanted else {}
+    return {"stages": {name: [one.calls, round(1e6 * one.time, 1)] for name, one in found.items()}} if wanted else {}
 
 
 def _of_controls(decision: "Decision") -> dict[str, object]:
@@ -419,4 +430,5 @@ def _text(result: dict[str, Any]) -> str:
     first = shown["time_to_collision"]
     shown["time_to_collision"] = "with nothing within the horizon" if first is None else f"after {formatted(first)} s"
     lines = [f"{LABELS.get(key, key):18} {formatted(value)}" for key, value in shown.items()]
-    return "\n".join([*lines, "", *result["sentences"]])
+    stages = [f"{name:18} {calls} calls, {time:g} us" for name, (calls, time) in result.get("stages", {}).items()]
+    return "\n".join([*lines, "", *result["sentences"], *stages])

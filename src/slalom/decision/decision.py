@@ -16,6 +16,7 @@ from slalom.base.errors import InvalidInput
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.decision.contact import Contact, contact_of
 from slalom.decision.settings import Settings
+from slalom.decision.stages import Stage, stages_of
 from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre, state_after
 from slalom.model.path import Path
@@ -430,6 +431,20 @@ class Decision:
         from slalom.decision.document import dump
 
         dump(self, FilePath(file))
+
+    def stages(self) -> dict[str, Stage]:
+        """Calls of each stage and the time [s] in it when the decision is made again, with all tables at hand.
+
+        Stages within compiled kernels are a part of `policy`; with NUMBA_DISABLE_JIT=1 they count apart.
+
+        Raises:
+            InvalidInput: a decision that no navigator made.
+        """
+        from slalom.decision.document import record_of
+
+        again = record_of(self).repeat
+        again()
+        return stages_of(again)
 
     @property
     def commitment(self) -> Commitment:

@@ -23,7 +23,7 @@ from slalom.base.checks import Checked, shown, vector
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import Tables, to_plain
 from slalom.base.writing import write_file
-from slalom.decision.decision import Approach, Commitment, Decision, DecisionInputs, Outcome, not_kept
+from slalom.decision.decision import Approach, Commitment, Decision, DecisionInputs, Outcome, Record, not_kept
 from slalom.decision.methods import Method, derived, variant_of
 from slalom.decision.navigator import Navigator
 from slalom.decision.objective import OBJECTIVES
@@ -100,11 +100,16 @@ def dump(decision: Decision, file: FilePath) -> None:
     write_file(file, json.dumps(document(decision), indent=1, allow_nan=False) + "\n")
 
 
-def document(decision: Decision) -> dict[str, Any]:
-    """The inputs and the result of a decision as texts, finite numbers, lists and mappings: floats are exact."""
+def record_of(decision: Decision) -> Record:
+    """All inputs of a decision. Raises InvalidInput for one without."""
     record = decision.record or decision.inputs
     if record is None:
         raise InvalidInput("decision: expected one that a navigator made, found one without inputs")
+    return record
+
+
+def document(decision: Decision) -> dict[str, Any]:
+    """The inputs and the result of a decision as texts, finite numbers, lists and mappings: floats are exact."""
     return {
         "format": FORMAT,
         "versions": {
@@ -112,7 +117,7 @@ def document(decision: Decision) -> dict[str, Any]:
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
         },
-        "inputs": _Writer().plain(record, "inputs"),
+        "inputs": _Writer().plain(record_of(decision), "inputs"),
         "decision": result(decision),
     }
 

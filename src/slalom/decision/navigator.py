@@ -1,6 +1,6 @@
 """Decision of one robot at one step: choose, keep or continue a manoeuvre, fall back, or escape.
 
-The stages of one decision, which `tools/counts.py --stages` counts and times, and where they begin:
+The stages of one decision, which `slalom explain --stages` counts and times, and where they begin:
 
     predict  Settings.predict: obstacles on predicted trajectories, cut into cubic pieces     obstacle/window.py
     gather   PolicyTables.decision: all as tables; obstacle_pieces: bodies in reach, grown    kernels/decision/bodies.py
