@@ -24,8 +24,8 @@ from slalom.decision.objective import (
     parts_of,
     preferred_control,
 )
-from slalom.decision.right_of_way import presumed_claims
-from slalom.decision.settings import DETOURS, HELD_UP_TIME, Settings
+from slalom.decision.right_of_way import CLAIM_AFTER, presumed_claims
+from slalom.decision.settings import DETOURS, Settings
 from slalom.decision.tables import (
     RobotRow,
     Skeletons,
@@ -243,7 +243,7 @@ class PolicyTables:
         self._settings = robot.numbers(among=among)
         self._clearance = robot.margin + CONTACT_SLACK + float(self._table.each["error"].max())
         stops = any(isinstance(one, AccelerateThenStop | AccelerateThenBrake) for one in self.responses)
-        self._patience = HELD_UP_TIME * limits.max_speed / limits.max_acceleration if stops else np.inf
+        self._patience = CLAIM_AFTER * limits.max_speed / limits.max_acceleration if stops else np.inf
         self._spare: dict[tuple[int, int, int], OwnTable] = {}
         self._bounds = None if limits.bounds else bounds_of([limits], [State(np.zeros(d), np.zeros(d))])
         self._at_rest, _ = target_paths([Goal(Stationary(np.zeros(d)))], 0.0, 1.0)

@@ -8,10 +8,9 @@ from slalom.base.checks import Array
 from slalom.kernels.decision.tables import NO_CLAIMS, Claims, RobotTable
 
 CLAIM_AFTER: Final = 1.5
-"""[1] A robot claims its way after so many times of those in which it reaches its largest speed.
-
-Larger: robots that block each other lose time. Smaller: robots leave ways that would soon be free.
-"""
+"""[1] A robot that is held up for this many times of those in which it reaches its largest speed claims its way. One
+alone takes detours then. Larger: robots that block each other lose time. Smaller: robots leave ways that would soon be
+free, and decide among more choices."""
 
 CLAIM_LENGTH: Final = 3.0
 """[1] Length of a claimed way in distances that the robot drives at its largest speed in the time to reach it.

@@ -134,10 +134,6 @@ DETOURS: Final = tuple(radians(angle) for angle in (-30.0, -60.0, -90.0, 30.0, 6
 decision. Fewer: robots that block each other stop. Without those to the left: a robot with a wall at its right
 stops."""
 
-HELD_UP_TIME: Final = 1.5
-"""[1] A robot alone that is held up for this many times of those in which it reaches its largest speed takes detours.
-Larger: it waits longer before what blocks its way. Smaller: more choices while it lets others pass."""
-
 
 @dataclass(frozen=True)
 class Risk:
@@ -175,7 +171,7 @@ class Settings:
         horizons: a rule for shorter horizons of single obstacles; None: `horizon` for all.
         detours: angles [rad] by which the desired velocity is turned if it is not collision-free; among equal ones the
             first is taken. None: DETOURS for a robot with responses that stop, such as those of nao and ao, if it is
-            held up by what rests or moves ahead of it, see HELD_UP_TIME. Without detours, a robot blocked by a
+            held up by what rests or moves ahead of it, see CLAIM_AFTER. Without detours, a robot blocked by a
             permanent obstacle never arrives.
         early: whether responses that brake to rest count only where no velocity can be kept. The robot then avoids a
             collision as soon as the horizon shows it, and not when it could hardly stop any more: for robots that

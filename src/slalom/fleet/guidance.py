@@ -9,7 +9,7 @@ import shapely
 from slalom import kernels
 from slalom.base.checks import Array, flag
 from slalom.base.errors import InvalidInput
-from slalom.fleet.rounds import map_in_threads
+from slalom.fleet.rounds import ROBOTS_PER_THREAD, map_in_threads
 from slalom.fleet.settings import Members
 from slalom.kernels.arrays import Flags
 from slalom.kernels.guidance.tables import Grid, GuidanceState
@@ -25,10 +25,6 @@ ARRIVAL_LOST: Final = 2.0
 """[1] A robot at its goal no longer counts as arrived beyond this many tolerances from it. Guidance moves robots away
 from their goals to let others pass. Nearer to 1: robots that move aside by a little are no longer parked. Larger: a
 robot that was moved away stays there and counts as arrived."""
-
-GUIDED_ROBOTS_PER_THREAD: Final = 250
-"""[1] Fewest robots whose targets are worth a thread; a target takes about a tenth of the time of a decision. Smaller:
-threads take longer to start than their targets to compute. Larger: fewer cores are used. It changes no target."""
 
 SEARCHES_PER_THREAD: Final = 4
 """[1] Fewest robots whose searches for waypoints are worth a thread: one search takes 3 us to several ms. Smaller:
@@ -148,7 +144,8 @@ class Guidance:
         self._cover(self._outlines)
         self._search_waypoints()
         update, rows = kernels.update_targets, np.arange(len(guide.radius))
-        map_in_threads(lambda part: update(part, guide), rows, self.threads, GUIDED_ROBOTS_PER_THREAD)
+        # A target takes a tenth of the time of a decision.
+        map_in_threads(lambda part: update(part, guide), rows, self.threads, 10 * ROBOTS_PER_THREAD)
         kernels.give_way(guide, self.grid, self.margin, now, period)
         self._updates += 1
 

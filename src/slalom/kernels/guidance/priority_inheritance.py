@@ -49,16 +49,12 @@ YIELD_DURATION: Final = 2.0
 before the blocked robot has moved."""
 
 YIELD_EXTENSION: Final = 0.5
-"""[s] Least remaining time of moving aside while the robot that sent the request is within YIELD_RANGE. Larger: robots
+"""[s] Least remaining time of moving aside while the robot that sent the request is within YIELD_DISTANCE. Larger: robots
 come back later. Smaller than a decision period: they come back in between."""
 
-YIELD_RANGE: Final = 2.5
-"""[1] A robot moves aside for as long as the sender of the request is nearer than this many times the sum of radii.
-Larger: it comes back later. Smaller: it comes back into the path."""
-
 YIELD_DISTANCE: Final = 2.5
-"""[1] Distance of the point that a robot yields to, and of the space tested for it, in sums of radii. Larger: robots
-move farther aside than needed. Smaller: they stay in the way."""
+"""[1] Distance of the point that a robot yields to, and of the space tested for it, in sums of radii. It stays aside
+while the sender of the request is nearer. Larger: robots move farther than needed. Smaller: they stay in the way."""
 
 YIELD_SAMPLE: Final = 0.5
 """[cell] Distance of the samples at which the space beside a path is tested for walls. Larger: thin walls are missed.
@@ -235,7 +231,7 @@ def update_waiting(robots: GuidanceState, now: float, period: float) -> None:
         else:
             robots.waiting_time[i] = max(0.0, robots.waiting_time[i] - BLOCKED_RECOVERY * period)
         k = int(robots.yielding[i, 3])
-        near = YIELD_RANGE * (robots.radius[i] + robots.radius[k])
+        near = YIELD_DISTANCE * (robots.radius[i] + robots.radius[k])
         x, y = offset(k, i, robots)
         if robots.yielding[i, 2] > now and not robots.arrived[k] and x * x + y * y < near * near:
             # The robot that sent the request has not yet passed.
