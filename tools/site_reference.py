@@ -92,7 +92,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
 """Public names of slalom by section; `api` refuses to leave one out."""
 MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "slalom.sim": (
-        *("simulate", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
+        *("simulate", "record", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
         *("grid", "data_frame"),
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
     ),

@@ -46,7 +46,8 @@ from slalom import (
     method,
 )
 from slalom.base.registry import Kind, Registry
-from slalom.cli.viewing import view
+from slalom.cli.options import WallsFile
+from slalom.cli.viewing import animate, view
 from slalom.io.table import sample_data
 from slalom.live import session as edits
 from slalom.live.messages import pack, renderer
@@ -57,7 +58,7 @@ from slalom.live.session import Session
 from slalom.model.bounds import BOUNDS
 from slalom.model.trajectory import Sampled
 from slalom.peers import contender
-from slalom.sim import Recording, compare, gallery, simulate
+from slalom.sim import Recording, compare, gallery, record, simulate
 from slalom.sim.files.patterns import SwapGoals
 from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
@@ -85,6 +86,7 @@ DRIVE = DifferentialDrive(0.5, 2.0, 2.0)
 TO_HEADING = Goal(Stationary((1.0, 0.0)), heading=1.0)
 DISC, LIMITS, STATE, GOAL = ROBOT.shape, ROBOT.limits, ROBOT.state, ROBOT.goal
 NAVIGATOR = Navigator(NAO, DISC, LIMITS)
+ROWS = [[(0, 0)], [(1, 0)]]
 AHEAD = LookAhead(Navigator(method("nao_ahead"), DISC, LIMITS))
 NEVER_STOPS, TO_STOP = Limits(4.0, 2.0, bounds=(LeastSpeed(1.0),)), Goal(Stationary((9.0, 0.0)), stop=True)
 IN_WORLD = Tracks([(9, 0)], [(0, 0)], 1, worlds=[0])
@@ -417,6 +419,27 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     **OF_GYM,
     **OF_PARTS,
     r"SlalomFleet: expected a world that does not repeat": moved_at_once,
+    r"robots: expected a Fleet, Navigator, LookAhead or Driver without wheels": lambda _: record(
+        VehicleNavigator(NAO, DRIVE, DISC)
+    ),
+    r"recording: expected at least one decision, found none": lambda _: record(NAVIGATOR).recording,
+    r"times: expected two or more that increase, found \[1": lambda _: Recording.from_tracks([1, 1], ROWS, 1),
+    r"positions: expected numbers, found 'x'": lambda _: Recording.from_tracks([0, 1], "x", 1),
+    r"names: expected 1 that differ, or none, found": lambda _: Recording.from_tracks([0, 1], ROWS, 1, names="ab"),
+    r"walls\[0\]: expected an Obstacle, found 3": lambda _: Recording.from_tracks([0, 1], ROWS, 1, walls=[3]),
+    r"positions: expected shape \(3, N, 2 or 3\), found \(2, 1, 2\)": lambda _: Recording.from_tracks(
+        [0, 1, 2], ROWS, 1
+    ),
+    r"velocities: expected finite numbers of shape \(2, 1, 2\)": lambda _: Recording.from_tracks(
+        [0, 1], ROWS, 1, velocities=[0]
+    ),
+    r"positions\[:, 0\]: expected two or more in consecutive rows, found 1 from row 0 to 0": lambda _: (
+        Recording.from_tracks([0, 1], [[(0, 0)], [(np.nan, 0)]], 1)
+    ),
+    r"--walls: expected only with a recording, found it with the run": lambda f: (
+        run().save(f / "run.h5"),
+        animate(f / "run.h5", f / "run.gif", walls=WallsFile(walls=Path("hall.dxf"))),
+    ),
     r"kinematics: expected omnidirectional ones": other_kinematics,
     r"behavior: expected settings of horizon, .*, found amax": unknown_setting,
     r"planning problem 7: expected a goal in reach, found none": goal_out_of_reach,

@@ -21,7 +21,7 @@ from slalom.cli.console import (
     writable,
 )
 from slalom.cli.options import Crossing, Reading, WallsFile, given_options, is_recording, scenario_of, tracks_of
-from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, is_run
+from slalom.cli.running import DEFAULT_METHOD, RECORDING_METHOD, is_run, print_notes
 
 if TYPE_CHECKING:
     from slalom.decision.methods import Method
@@ -107,13 +107,23 @@ def _opened(address: str) -> bool:
     return webbrowser.open(address)
 
 
-def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = None, force: OldForce = False) -> int:
+def export(
+    run: Path,
+    page: Path,
+    /,
+    *,
+    robot: Whole = 0,
+    every: float | None = None,
+    reading: Reading | None = None,
+    walls: WallsFile | None = None,
+    force: OldForce = False,
+) -> int:
     """Write a run as one HTML file with a player, for any browser, without a server and without a network.
 
     Parameters
     ----------
     run
-        A file that `slalom run --out run.h5` wrote.
+        A file that `slalom run --out run.h5` wrote, or a recording of a format from `slalom list formats`.
     page
         The file to write, .html; one that exists is replaced.
     robot
@@ -123,7 +133,7 @@ def export(run: Path, page: Path, /, *, robot: Whole = 0, every: float | None = 
     """
     from slalom.live.recorded import export as write
 
-    recording = _recording(run)
+    recording = _recording(run, reading, walls)
     writable(page)
     with progress("exporting") as advance:
         write(recording, page, robot=robot, interval=every, progress=advance)
@@ -141,6 +151,8 @@ def animate(
     speed: float = 1.0,
     trail: float = 3.0,
     control_space: Flag = False,
+    reading: Reading | None = None,
+    walls: WallsFile | None = None,
     force: OldForce = False,
 ) -> int:
     """Write a video of a run: robots, obstacles, goals and trails in the workspace.
@@ -148,7 +160,7 @@ def animate(
     Parameters
     ----------
     run
-        A file that `slalom run --out run.h5` wrote.
+        A file that `slalom run --out run.h5` wrote, or a recording of a format from `slalom list formats`.
     video
         The file to write, .mp4 or .gif; one that exists is replaced.
     width
@@ -166,7 +178,7 @@ def animate(
     from slalom.view.film import checked
 
     checked(video)
-    recording = _recording(run)
+    recording = _recording(run, reading, walls)
     writable(video)
     with progress("animating") as advance:
         write(
@@ -183,14 +195,23 @@ def animate(
     return DONE
 
 
-def _recording(run: Path) -> "Recording":
+def _recording(run: Path, reading: Reading | None = None, walls: WallsFile | None = None) -> "Recording":
+    """The run of a file, or the agents of a recording as they moved; with walls."""
     from slalom.sim import Recording
+    from slalom.sim.files.recorded_traffic import observed
 
     if run.suffix in (".yaml", ".yml"):
         raise InvalidInput(
             f"{run}: expected a run in an .h5 file, found a scenario; `slalom run {run} --out run.h5` runs it first"
         )
-    return Recording.load(run)
+    source, drawn = resolved(str(run)), walls or WallsFile()
+    if is_run(source):
+        for option in (*given_options(reading), *(["walls"] if drawn.walls else [])):
+            raise InvalidInput(f"--{option}: expected only with a recording, found it with the run {str(run)!r}")
+        return Recording.load(source)
+    found = drawn.added_to(tracks_of(source, reading, None))
+    print_notes(found.notes)
+    return observed(found)
 
 
 def _sessions(

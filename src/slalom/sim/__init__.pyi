@@ -5,6 +5,7 @@ from .files.scenario_yaml import read_scenario as read_scenario
 from .measure import metrics as metrics
 from .measure.recording import Recording as Recording, RunSummary as RunSummary
 from .run.recorded import decision_at as decision_at
+from .run.recorder import record as record
 from .run.simulate import simulate as simulate
 from .scenario import Robot as Robot, Scenario as Scenario
 from .sweep.case import load as load

@@ -17,8 +17,9 @@ from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.shape import Polyline, round_shape
 from slalom.model.state import State
-from slalom.model.trajectory import Stationary
+from slalom.model.trajectory import Sampled, Stationary
 from slalom.obstacle import Obstacle
+from slalom.sim.measure.recording import Recording
 from slalom.sim.scenario import Robot, Scenario
 
 MAX_DURATION: Final = 60.0
@@ -175,6 +176,32 @@ def crossing(
         duration=min(MAX_DURATION, last - begin) if duration is None else duration,
         recorded=recorded.span,
         notes=recorded.notes,
+    )
+
+
+def observed(recorded: Recorded) -> Recording:
+    """Return the agents of a recording as robots that moved so, at even times as far apart as most rows."""
+    agents = [one for one in recorded.obstacles if isinstance(one.trajectory, Sampled)]
+    stamps = [one.trajectory.times for one in agents if isinstance(one.trajectory, Sampled)]
+    step = float(np.median(np.concatenate([np.diff(times) for times in stamps])))
+    first, last = recorded.span
+    times = first + step * np.arange(int((last - first) / step + WHOLE_COUNT * (last - first) / step) + 1)
+    motion = np.full((2, len(times), len(agents), recorded.dimension), np.nan)
+    for k, one in enumerate(agents):
+        begin, end = one.trajectory.span
+        slack = WHOLE_COUNT * max(1.0, abs(last))
+        rows = np.flatnonzero((times >= begin - slack) & (times <= end + slack))
+        within = np.clip(times[rows], begin, end)
+        motion[:, rows, k] = one.trajectory.position(within), one.trajectory.velocity(within)
+    there = np.isfinite(motion[0, :, :, 0]).sum(axis=0) > 1
+    return Recording.from_tracks(
+        times,
+        motion[0][:, there],
+        [one.shape.bounding_radius for one, some in zip(agents, there) if some],
+        velocities=motion[1][:, there],
+        walls=[one for one in recorded.obstacles if not isinstance(one.trajectory, Sampled)],
+        names=[one.name for one, some in zip(agents, there) if some],
+        name=recorded.name,
     )
 
 

@@ -94,9 +94,11 @@ def robot_as_obstacle(recording: Recording, robot: int) -> Obstacle:
     """Return a robot as an obstacle on its recorded path, while it is in the world."""
     there = recording.steps_of(robot)
     made = slice(there.start, there.stop - 1)
-    rows = (recording.positions[made, robot], recording.velocities[made, robot])
-    powers = np.stack([*rows, 0.5 * recording.accelerations[made, robot]], axis=1)
-    path = PiecewisePolynomial(np.full(len(powers), recording.dt), powers, float(recording.times[there.start]))
+    places, velocities = recording.positions[there, robot], recording.velocities[made, robot]
+    dt = recording.dt
+    # From the positions at both ends: pieces of a motion that was observed meet, too.
+    powers = np.stack([places[:-1], velocities, (np.diff(places, axis=0) - dt * velocities) / dt**2], axis=1)
+    path = PiecewisePolynomial(np.full(len(powers), dt), powers, float(recording.times[there.start]))
     return Obstacle(recording.shapes[robot], path, recording.names[robot])
 
 

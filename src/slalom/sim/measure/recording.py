@@ -11,19 +11,25 @@ from typing import Any, Final, NamedTuple
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
-from slalom.base.checks import Array, array, array_of, positive, short, shown, whole
+from slalom.base.checks import Array, array, array_of, each_number, has, positive, short, shown, whole
 from slalom.base.errors import InvalidFile, InvalidInput, SlalomError
 from slalom.base.registry import Kind, Registry, to_plain
+from slalom.base.tolerances import WHOLE_COUNT
 from slalom.base.writing import write_file
 from slalom.decision.document import goal_to_plain
 from slalom.decision.settings import NUMBERS
 from slalom.io.hdf5 import Group, member, numbers, read_tree, scalar, text
+from slalom.io.recorded import SLOWEST
+from slalom.io.walls import Walls
+from slalom.kernels.arrays import Flags, Indices
 from slalom.model.bounds import BOUNDS
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
 from slalom.model.path_goal import PathGoal
-from slalom.model.shape import SHAPES, Shape
+from slalom.model.shape import SHAPES, Shape, round_shape
+from slalom.model.trajectory import Sampled, Stationary
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
 from slalom.sim.measure.hdf5 import (
@@ -172,6 +178,8 @@ def _save_parts(run: Any, recording: "Recording") -> None:
         save_trajectory(group.create_group("trajectory"), obstacle.trajectory, *span)
 
 
+OBSERVED: Final = "observed"
+"""Method of agents whose motion was observed."""
 CHOSEN, UNANSWERED = "CHOSEN", "UNANSWERED"
 """Outcomes of a peer, which has no `Outcome`: it returned a velocity, or something else."""
 Which = int | str | None
@@ -299,6 +307,73 @@ class Recording:
     def dimension(self) -> int:
         """Dimension of the space, 2 or 3."""
         return int(self.positions.shape[2])
+
+    @classmethod
+    def from_tracks(
+        cls,
+        times: npt.ArrayLike,
+        positions: npt.ArrayLike,
+        radii: npt.ArrayLike,
+        *,
+        walls: Walls | Sequence[Obstacle] = (),
+        velocities: npt.ArrayLike | None = None,
+        names: Sequence[str] = (),
+        name: str = "tracks",
+    ) -> "Recording":
+        """Return the recording of N agents that moved by any method, such as persons or vehicles.
+
+        The goal of an agent is where its track ends, and its limits are its largest speed and acceleration. Where times
+        are not evenly spaced, the states are those at even times in between.
+
+        Args:
+            times: (T + 1,) [s]. positions: (T + 1, N, d) [m], nan before an agent appears and after it has left.
+            radii: [m] one, or N. walls: of `read_walls`, or other obstacles. velocities: as positions [m/s]; None: of a
+                smooth curve. names: of the agents. name: of the recording.
+
+        Raises:
+            InvalidInput: arrays that do not fit together, times that do not increase, an agent with fewer than two
+                positions, or with none in between.
+        """
+        stamps, rows, moves, there = _tracks(times, positions, velocities)
+        n, d = rows.shape[1:]
+        others = walls.obstacles if isinstance(walls, Walls) else tuple(walls)
+        for k, one in enumerate(others):
+            has(one, ("of_scenario",), "an Obstacle", f"walls[{k}]")
+        if len(names) not in (0, n) or len(set(names)) < len(names):
+            raise InvalidInput(f"names: expected {n} that differ, or none, found {shown(names)}")
+        (appears, last), size = appearances(there, stamps), each_number(radii, "radii", n)
+        begins, ends = stamps[there.argmax(axis=0)], stamps[last]
+        even, _, rows, moves = at_even_times(stamps, rows, moves)
+        dt, accelerations = float(even[1] - even[0]), np.diff(moves, axis=0) / (even[1] - even[0])
+        inside = (even[:-1, None] >= begins - WHOLE_COUNT) & (even[:-1, None] < ends - WHOLE_COUNT)
+        accelerations[~inside] = 0.0
+        limits = [
+            Limits(max(float(np.linalg.norm(moves[:, k], axis=1).max()), SLOWEST), max(float(most), SLOWEST))
+            for k, most in enumerate(np.linalg.norm(accelerations, axis=2).max(axis=0))
+        ]
+        goals = [Goal(Stationary(end), stop=bool(ends[k] == stamps[-1])) for k, end in enumerate(rows[-1])]
+        return cls(
+            scenario=name,
+            method=OBSERVED,
+            seed=0,
+            dt=dt,
+            parameters={},
+            times=even,
+            positions=rows,
+            velocities=moves,
+            accelerations=accelerations,
+            controls=accelerations,
+            responses=RecordedResponses.of([(OBSERVED,) * n] * len(inside), n),
+            outcomes=tuple(tuple(row) for row in np.where(inside, CHOSEN, "").tolist()),
+            decision_times=np.zeros(inside.shape),
+            shapes=tuple(round_shape(radius, d) for radius in size.tolist()),
+            limits=tuple(limits),
+            goals=tuple(goals),
+            arrived=ends,
+            obstacles=tuple(one.of_scenario() for one in others),
+            names=tuple(names),
+            appears=appears,
+        )
 
     def row(self, robot: Which = None) -> int:
         """Return the number of a robot.
@@ -464,6 +539,69 @@ class Recording:
         for name, dimensions in found.items():
             if set(dimensions) - {d}:
                 raise InvalidInput(f"{name}: expected {d} dimensions, found {short(np.array(dimensions))}")
+
+
+def _with_gaps(value: npt.ArrayLike, name: str) -> Array:
+    """Return numbers, some of which may be nan, as an array that may be changed."""
+    try:
+        return np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{name}: expected numbers, found {shown(value)}") from None
+
+
+def _tracks(
+    times: npt.ArrayLike, positions: npt.ArrayLike, velocities: npt.ArrayLike | None
+) -> tuple[Array, Array, Array, Flags]:
+    """Return checked times, motion at rest outside of each track, and whether agents are there, of `from_tracks`."""
+    stamps, rows = array(times, "times"), _with_gaps(positions, "positions")
+    if stamps.ndim != 1 or len(stamps) < 2 or np.any(np.diff(stamps) <= 0.0):
+        raise InvalidInput(f"times: expected two or more that increase, found {short(stamps)}")
+    if rows.ndim != 3 or len(rows) != len(stamps) or rows.shape[2] not in (2, 3) or not rows.shape[1]:
+        raise InvalidInput(f"positions: expected shape ({len(stamps)}, N, 2 or 3), found {rows.shape}")
+    there: Flags = np.asarray(np.isfinite(rows).all(axis=2))
+    moves = np.zeros_like(rows) if velocities is None else _with_gaps(velocities, "velocities")
+    if moves.shape != rows.shape or not np.isfinite(moves[there]).all():
+        raise InvalidInput(f"velocities: expected finite numbers of shape {rows.shape}, found shape {moves.shape}")
+    _, last = appearances(there, stamps)
+    for k, (begin, end) in enumerate(zip(there.argmax(axis=0).tolist(), last.tolist())):
+        own = slice(begin, end + 1)
+        if end == begin or not there[own, k].all():
+            found = f"{int(there[:, k].sum())} from row {begin} to {end}"
+            raise InvalidInput(f"positions[:, {k}]: expected two or more in consecutive rows, found {found}")
+        if velocities is None:
+            moves[own, k] = Sampled(stamps[own], rows[own, k]).velocity(stamps[own])
+        moves[:begin, k] = moves[end + 1 :, k] = 0.0
+        rows[:begin, k], rows[end + 1 :, k] = rows[begin, k], rows[end, k]
+    return stamps, rows, moves, there
+
+
+def appearances(there: Flags, times: Array) -> tuple[Array, Indices]:
+    """Return the times (N,) [s] of the first row in which robots are there (T, N), as `appears`; and the last rows."""
+    first = there.argmax(axis=0)
+    return times[first] if first.any() else np.empty(0), len(there) - 1 - there[::-1].argmax(axis=0)
+
+
+def at_even_times(times: Array, positions: Array, velocities: Array) -> tuple[Array, Indices, Array, Array]:
+    """Return even times, the row before or at each but the last, and motion (T + 1, N, d) at them.
+
+    They are the given ones if these are even but for rounding; else the step is their median, and motion is cubic.
+    """
+    step = np.diff(times)
+    if np.ptp(step) <= 1e-6 * step[0]:
+        return times, np.arange(len(step)), positions, velocities
+    usual = float(np.median(step))
+    even = times[0] + usual * np.arange(int((times[-1] - times[0]) / usual + WHOLE_COUNT) + 1)
+    rows = np.clip(np.searchsorted(times, even + WHOLE_COUNT * usual, side="right") - 1, 0, len(step) - 1)
+    h, way = step[rows][:, None, None], positions[rows + 1] - positions[rows]
+    u = (even - times[rows])[:, None, None] / h
+    v, w = velocities[rows], velocities[rows + 1]
+    places = positions[rows] + h * u * ((1.0 - u) ** 2 * v - u * (1.0 - u) * w) + u * u * (3.0 - 2.0 * u) * way
+    return (
+        even,
+        rows[:-1],
+        places,
+        v * (1.0 - u) * (1.0 - 3.0 * u) + w * u * (3.0 * u - 2.0) + 6.0 * u * (1.0 - u) * way / h,
+    )
 
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from slalom.decision import Decision
 from slalom.decision.methods import HOLDS, METHODS, Method, method
 from slalom.model.state import State
 from slalom.peers import contender
-from slalom.sim.measure.recording import Recording, Step
+from slalom.sim.measure.recording import OBSERVED, Recording, Step
 from slalom.sim.run.deciders import SingleRobotDecider
 from slalom.sim.scenario import SETTINGS, Robot, Scenario, from_numbers
 
@@ -50,7 +50,11 @@ def recorded(recording: Recording) -> Recorded:
     if not count:
         raise InvalidInput("recording: expected a run with at least one step, found a robot that starts at its goal")
     settings = {name: value for name, value in recording.settings.items() if name in SETTINGS}
-    notes = [] if settings else ["The file states no settings: horizon, margin and holds are the default ones."]
+    notes = (
+        []
+        if settings or recording.method == OBSERVED
+        else ["The file states no settings: horizon, margin and holds are the default ones."]
+    )
     later = {k: t for k, t in enumerate(recording.appears.tolist()) if t > recording.times[0]}
     parts = zip(recording.shapes, recording.limits, _first_states(recording), recording.goals)
     robots = tuple(Robot(*each, f"robot {k}", appears=later.get(k)) for k, each in enumerate(parts))
@@ -100,6 +104,8 @@ def method_of(recording: Recording) -> tuple[Method | None, tuple[str, ...]]:
         return method(name), ()
     if "+" in name:
         return None, (f"The robots decide by different methods ({name}): no control space is shown.",)
+    if name == OBSERVED:
+        return None, ("The agents moved as observed, by no method: no control space is shown.",)
     contender(name, installed=False)
     return None, (f"{name} is a method of another project: it has no control space here.",)
 
