@@ -608,3 +608,36 @@ def test_control_spaces_in_a_grid_do_not_overlap() -> None:
             assert not one.overlaps(other)
         assert all(box.x0 >= 0.0 and box.y0 >= 0.0 for box in boxes)
         assert all(ax.get_legend().get_window_extent().y1 < ax.xaxis.get_tightbbox().y0 + 1.0 for ax in panels.flat)
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+def test_the_sets_of_methods_are_those_of_their_definitions_and_nothing_overlaps(columns: int) -> None:
+    state, obstacles, goal = scene_in_plane()
+    robot = Robot(slalom.Disc(0.8), slalom.Limits(6.0, 3.0), state, goal)
+    names = ("vo", "nlvo", "avo", "ao", "nao")
+    figure = view.sets(Scenario("scene", (robot,), obstacles, margin=0.0), methods=names, columns=columns)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    drawn = [ax.get_tightbbox() for ax in figure.axes] + [figure.legends[0].get_window_extent()]
+    assert all(not one.overlaps(other) for one, other in itertools.combinations(drawn, 2))
+    assert all(one.x0 >= 0.0 and one.x1 <= figure.bbox.width and one.y1 <= figure.bbox.height for one in drawn)
+    t = np.linspace(0.01, 6.0, 6000)[:, None]
+    for name, ax in zip(names, figure.axes):
+        assert ax.get_title() == name.upper()
+        shown = [
+            tick for axis in (ax.get_xticks(), ax.get_yticks()) for tick in axis if 0.0 < abs(tick) < ax.viewLim.x1
+        ]
+        assert len(shown) >= 4
+        if name not in ("nlvo", "nao"):
+            continue
+        region = Ring.make_compound_path(*(p.get_path() for p in ax.patches if str(p.get_gid()) == "blocked"))
+        own, gain = (np.zeros(2), t) if name == "nlvo" else (t * state.velocity, 0.5 * t**2)
+        for control in np.random.default_rng(0).uniform(-3.0, 3.0, (40, 2)):
+            away = [
+                np.linalg.norm(o.trajectory.position(t[:, 0]) - state.position - own - gain * control, axis=1).min()
+                - o.shape.bounding_radius
+                - 0.8
+                for o in obstacles
+            ]
+            if abs(min(away)) > 0.05:
+                assert region.contains_point(control) == (min(away) < 0.0)

@@ -182,13 +182,24 @@ EXPLAINED = ("stages", "sentences", "preferred_hits", "passes", "limits", "cost"
 """Keys of an explanation that its sentences say."""
 
 
+ONE_COLUMN = 5.0
+"""[inch] Largest width of a figure of sets for one column."""
+
+
 @dataclass(frozen=True)
 class DecisionFigure:
-    """The figure of a decision: file, uncertainty of obstacles, and look."""
+    """Figures of a decision and of its sets: files, uncertainty of obstacles, and look."""
 
     file: Path | None
+    sets: Path | None
     uncertainty: bool
     look: Look
+
+    def __post_init__(self) -> None:
+        refuse_without(self.file or self.sets, self.look)
+        refuse_without(self.file, None, uncertainty=self.uncertainty)
+        drawable(self.file)
+        drawable(self.sets, "--sets")
 
     def draw(self, decision: "Decision", navigator: "Navigator", goal: "Goal", title: str) -> None:
         """Draw the figure, if there is a file for it."""
@@ -198,6 +209,18 @@ class DecisionFigure:
             title = f"{title}, {navigator.method.name}: {decision.outcome.name.lower()}"
             figure = view.decision(decision, navigator, goal, title=title, uncertainty=self.uncertainty)
             self.look.save(figure, self.file)
+
+    def draw_sets(self, scene: "Scenario", decision: "Decision") -> None:
+        """Draw the sets of different methods where the robot was at a decision, if there is a file for them."""
+        if self.sets is None:
+            return
+        from slalom import view
+
+        made, width = decision.inputs, self.look.figure_width
+        state = scene.robot.state if made is None else made.state
+        columns = 1 if width is not None and width <= ONE_COLUMN else 2
+        writable(self.sets)
+        self.look.save(view.sets(scene, decision.decided_at, state=state, columns=columns), self.sets)
 
 
 def explain(
@@ -211,6 +234,7 @@ def explain(
     at: float | None = None,
     json: Flag = False,
     figure: Path | None = None,
+    sets: Path | None = None,
     uncertainty: Flag = False,
     stages: Flag = False,
     look: Look | None = None,
@@ -239,6 +263,8 @@ def explain(
         Print one JSON object.
     figure
         Draw the decision to this .svg, .pdf or .png file.
+    sets
+        Draw VO, NLVO, AO and NAO to this file, for a page; with --figure-width of at most 5 for one column.
     uncertainty
         Draw the regions that hold obstacles with an uncertainty into the figure.
     stages
@@ -247,8 +273,7 @@ def explain(
     """
     from slalom.sim.files.decision_file import is_decision
 
-    scene, drawn = resolved(scene), DecisionFigure(figure, uncertainty, look or Look())
-    refuse_without(figure, look, uncertainty=uncertainty)
+    scene, drawn = resolved(scene), DecisionFigure(figure, sets, uncertainty, look or Look())
     is_file, from_run = is_decision(scene), is_run(scene)
     given: dict[str, object] = {
         "--method": method or foresight,
@@ -257,8 +282,7 @@ def explain(
         "--at": None if from_run else at,
     }
     if is_file or from_run:
-        _refuse_given(given, "decision" if is_file else "run")
-    drawable(figure)
+        _refuse_given(given | ({"--sets": sets} if is_file else {}), "decision" if is_file else "run")
     if is_file:
         return _repeat(scene, json, stages, drawn)
     loaded, chosen, decision = (
@@ -269,6 +293,7 @@ def explain(
     navigator, result = loaded.navigator(chosen), _result(loaded, chosen, decision) | _stages(decision, stages)
     writable(figure)
     drawn.draw(decision, navigator, loaded.robot.goal, loaded.name)
+    drawn.draw_sets(loaded, decision)
     print_result(result, json, lambda: _text(result))
     return DONE if decision.safe else FAILED
 

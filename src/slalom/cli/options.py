@@ -308,10 +308,10 @@ class Look:
             raise InvalidInput(f"{OPTIONS.get(name, name)}:{text}") from None
 
 
-def drawable(figure: Path | None) -> None:
+def drawable(figure: Path | None, option: str = "--figure") -> None:
     """Raise InvalidInput for a figure file of a format that cannot be drawn."""
     if figure is not None and figure.suffix not in FORMATS:
-        raise InvalidInput(f"--figure: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
+        raise InvalidInput(f"{option}: expected a file that ends in .svg, .pdf or .png, found {str(figure)!r}")
 
 
 def refuse_without(figure: Path | None, look: Look | None, **options: object) -> None:

@@ -10,7 +10,8 @@ with Extra("view", __name__):
     from slalom.view.figure import decision, paths, study
     from slalom.view.film import animate
     from slalom.view.fleet import fleet
+    from slalom.view.sets import sets
     from slalom.view.style import resized, save
     from slalom.view.workspace import workspace
 
-__all__ = ["animate", "control_space", "decision", "fleet", "paths", "resized", "save", "study", "workspace"]
+__all__ = ["animate", "control_space", "decision", "fleet", "paths", "resized", "save", "sets", "study", "workspace"]
