@@ -6,7 +6,9 @@ DATA_DIR contains tasks.json, which names the recordings and the limits of their
 120 s of a recording, `FromModels` predicts all agents that were observed for at least five samples. The times ahead
 are 1, 2 and 3 times that of the robot from rest to its maximum speed. The forecast knows the past of all agents up to
 the moment. A second table has the share of errors within the sets of each of COVERAGES, at 0.25, 0.5, 1 and 2 such
-times, of all agents that were not at rest.
+times, of all agents that were not at rest. The last figures compare discs with ellipses along the heading that hold as
+many errors of the second half of a recording in the plane: the ratio of areas. The axes of ellipses are the median
+errors of the first half.
 """
 
 import argparse
@@ -53,6 +55,9 @@ def main() -> None:
         print(f"{name:28} held {' '.join(f'{share:.2f}' for share in shares(within[name]).ravel())}")
     print("held, each recording alike\n", np.nanmean([shares(counts) for counts in within.values()], axis=0).round(3))
     print("held, pooled\n", shares(sum(within.values())).round(3))
+    for name, entry in recordings.items():
+        if len(entry["tasks"][0]["start"]) == 2:
+            print(f"{name:28} area of ellipses {area_of_ellipses(arguments.data, entry, arguments.moments):.2f}")
     relative = np.array([sums[:2] / sums[2] for sums in scores.values()])
     print("interval score over the error of the velocity: sets, velocity\n", np.nanmean(relative, axis=0).round(3))
     sets = {name: shares(counts).tolist() for name, counts in within.items()}
@@ -126,6 +131,33 @@ def held(folder: Path, entry: dict[str, Any], moments: int) -> tuple[np.ndarray,
                     other = pinball(plain[j : j + 1], np.quantile(known[j], COVERAGES)[:, None])[0]
                     scores[:, j] += score[j], other, plain[j]
     return counts, scores
+
+
+def area_of_ellipses(folder: Path, entry: dict[str, Any], moments: int) -> float:
+    """Area [1] of ellipses along the predicted heading over that of discs: geometric mean over times and coverages."""
+    motions = [a.trajectory for a in read_recording(folder / entry["file"], interpolation="linear").agents.values()]
+    rise = entry["vmax"] / entry["amax"]
+    begin, end = min(motion.span[0] for motion in motions), max(motion.span[1] for motion in motions)
+    end, times = min(end, begin + max(SECONDS, 20.0 * rise)), rise * np.array(ERROR_TIMES)
+    halves: list[tuple[list[np.ndarray], list[np.ndarray]]] = [([], []) for _ in times]
+    for k, now in enumerate(np.linspace(begin + 0.1 * (end - begin), end - rise, moments).tolist()):
+        there = [motion for motion in motions if motion.span[0] < now <= motion.span[1]]
+        for motion, ahead in zip(there, FromModels().predictions(there, now, rise, motions), strict=True):
+            path = ahead.each[0][1]
+            for each, h in zip(halves, times):
+                if isinstance(ahead.error, Covering) and now + h <= motion.span[1]:
+                    velocity = path.velocity(now + h)
+                    heading = velocity / max(float(np.linalg.norm(velocity)), 1e-9)
+                    missed = (motion.position(now + h) - path.position(now + h)) / (ahead.error.scale * h)
+                    along = float(missed @ heading)
+                    each[2 * k >= moments].append(np.array([along, np.sqrt(max(0.0, missed @ missed - along**2))]))
+    ratios = []
+    for first, second in halves:
+        if min(len(first), len(second)) >= 20:
+            axes, errors = np.median(np.abs(first), axis=0), np.array(second)
+            longest = np.quantile(np.linalg.norm(errors / axes, axis=1), COVERAGES)
+            ratios += list(axes.prod() * (longest / np.quantile(np.linalg.norm(errors, axis=1), COVERAGES)) ** 2)
+    return float(np.exp(np.mean(np.log(ratios)))) if ratios else np.nan
 
 
 def markdown(rows: list[dict[str, Any]]) -> Iterator[str]:
