@@ -54,7 +54,7 @@ lint: .venv/test.stamp
 kernels: .venv/run.stamp
 	@PYTHONPATH=src $(BIN)/python -m slalom compile
 
-# The first draws of every law. DRAWS=commit adds slow tests and the quarter of the other draws that is this commit's turn.
+# The first draws of every law. DRAWS=commit adds slow tests and the eighth of the other draws that is this commit's turn.
 test: .venv/run.stamp
 	@$(MAKE) --no-print-directory -j2 lint kernels
 	$(PYTEST) -m "not paper and not adapters" --draws $(DRAWS)

@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from draws import USUAL_EXAMPLES, quarters, runs
+from draws import USUAL_EXAMPLES, runs, turns
 from hypothesis import HealthCheck, Phase, settings
 
 # Reproducible and quick by default. `--hypothesis-profile=long` looks harder, with new examples every time, and
@@ -28,26 +28,26 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--draws",
         default=os.environ.get("SLALOM_DRAWS", "all"),
-        help="first: the first draws of each law; 0 to 3: those, slow tests and a quarter of the others; "
-        "commit: the quarter of this commit; all (default)",
+        help="first: the first draws of each law; 0 to 7: those, slow tests and an eighth of the others; "
+        "commit: the turn of this commit; all (default)",
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Draw fewer examples of each property where only the first draws run."""
-    if quarters(config.getoption("draws")) is None and not config.getoption("hypothesis_profile"):
+    if turns(config.getoption("draws")) is None and not config.getoption("hypothesis_profile"):
         settings.load_profile("first")
 
 
 def pytest_report_header(config: pytest.Config) -> str:
     """Name the draws of this run."""
-    selected = quarters(config.getoption("draws"))
-    return f"draws: first{'' if selected is None else f', slow, quarters {sorted(selected)}'}"
+    selected = turns(config.getoption("draws"))
+    return f"draws: first{'' if selected is None else f', slow, turns {sorted(selected)}'}"
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Deselect the draws of other commits."""
-    selected = quarters(config.getoption("draws"))
+    selected = turns(config.getoption("draws"))
     kept = [item for item in items if runs(item, selected)]
     config.hook.pytest_deselected(items=[item for item in items if not runs(item, selected)])
     items[:] = kept

@@ -1,7 +1,7 @@
 """The rotation of repeated draws: which draws of a law one run of the tests makes.
 
 Many laws are tested with many draws: seeds, chunks of random scenes, responses. The first draws run always. The others
-are dealt to QUARTERS quarters. Continuous integration runs one quarter per commit, so that four commits run all.
+are dealt to TURNS turns. Continuous integration runs one turn per commit, so that eight commits run all.
 """
 
 import subprocess
@@ -12,19 +12,19 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-QUARTERS = 4
+TURNS = 8
 USUAL_EXAMPLES = 15
 """Examples of a property in the profile of all draws, see tests/conftest.py."""
 
 
 def draws(values: Iterable[Any], first: int = 1) -> list[Any]:
-    """Parameters of a test: the first `first` values plain, each of the others with the mark of its quarter."""
+    """Parameters of a test: the first `first` values plain, each of the others with the mark of its turn."""
     found: list[Any] = []
     for k, value in enumerate(values):
         if k < first:
             found.append(value)
             continue
-        mark = pytest.mark.draw((k - first) % QUARTERS)
+        mark = pytest.mark.draw((k - first) % TURNS)
         if isinstance(value, type(pytest.param())):
             found.append(pytest.param(*value.values, marks=[*value.marks, mark], id=value.id))
         else:
@@ -43,20 +43,20 @@ def examples(count: int) -> settings:
     return settings(max_examples=max(1, count * settings.default.max_examples // USUAL_EXAMPLES), deadline=None)
 
 
-def quarters(setting: str) -> frozenset[int] | None:
-    """Quarters of further draws that a setting of `--draws` selects; None for the first draws alone, without `slow`.
+def turns(setting: str) -> frozenset[int] | None:
+    """Turns of further draws that a setting of `--draws` selects; None for the first draws alone, without `slow`.
 
     Raises pytest.UsageError for an unknown setting.
     """
     if setting == "first":
         return None
     if setting == "all":
-        return frozenset(range(QUARTERS))
+        return frozenset(range(TURNS))
     if setting == "commit":
-        return frozenset({commit_number() % QUARTERS})
-    if setting in map(str, range(QUARTERS)):
+        return frozenset({commit_number() % TURNS})
+    if setting in map(str, range(TURNS)):
         return frozenset({int(setting)})
-    raise pytest.UsageError(f"--draws: expected first, commit, all or 0 to {QUARTERS - 1}, found {setting!r}")
+    raise pytest.UsageError(f"--draws: expected first, commit, all or 0 to {TURNS - 1}, found {setting!r}")
 
 
 def commit_number() -> int:
@@ -75,8 +75,8 @@ def _git(*arguments: str) -> str:
 
 
 def runs(item: pytest.Item, selected: frozenset[int] | None) -> bool:
-    """Whether a test belongs to the selected draws. Several marks of one test add up to one quarter."""
+    """Whether a test belongs to the selected draws. Several marks of one test add up to one turn."""
     marks = [mark.args[0] for mark in item.iter_markers("draw")]
     if selected is None:
         return not marks and item.get_closest_marker("slow") is None
-    return not marks or sum(marks) % QUARTERS in selected
+    return not marks or sum(marks) % TURNS in selected
