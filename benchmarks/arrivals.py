@@ -111,7 +111,7 @@ def compare(arguments: argparse.Namespace) -> dict[str, Any]:
     seeds = range(arguments.first, arguments.first + (1 if arguments.quick else arguments.seeds))
     rows, lost, contacts, rates = [], 0, 0, list[float]()
     for name in arguments.scenes:
-        for n in (2, 3) if arguments.quick else arguments.robots:
+        for n in (2,) if arguments.quick else arguments.robots:
             for guided in arguments.guided:
                 if guided and name == "sphere":
                     continue

@@ -90,7 +90,7 @@ def measured(name: str, drawn: Draw, seconds: float) -> dict[str, float]:
 
 def compare(arguments: argparse.Namespace) -> dict[str, Any]:
     """Tables and targets."""
-    fleets, seconds = (4, 3.0) if arguments.quick else (arguments.fleets, arguments.seconds)
+    fleets, seconds = (2, 1.0) if arguments.quick else (arguments.fleets, arguments.seconds)
     rows, first = [], dict[str, float]()
     for name in arguments.methods:
         for seed, covered in enumerate(COVERED):

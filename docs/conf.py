@@ -17,6 +17,7 @@ from site_blocks import executed  # noqa: E402
 from site_reference import PAGES, plain  # noqa: E402
 
 import slalom  # noqa: E402
+from slalom.sim.gallery import GALLERY  # noqa: E402
 
 # Fonts that a machine lacks are no warning of the documentation: the style names DejaVu Sans, which matplotlib brings.
 logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
@@ -74,7 +75,8 @@ def write(path: Path, text: str) -> None:
 def generate(app: Any) -> None:
     """Write the reference pages, the gallery, and the pages of the examples and of files at the root."""
     pages = {name: page() for name, page in PAGES.items()}
-    pages["gallery"] = site_gallery.page(picture)
+    shown = app.config.gallery_pictures
+    pages["gallery"] = site_gallery.page(lambda name: picture(name) if name in shown else ("", ""))
     for path in sorted((ROOT / "examples").glob("*.py")):
         name = path.stem[3:]
         title = PROJECTS.get(name, name.replace("_", " ").capitalize())
@@ -150,6 +152,8 @@ def shorten(
 
 def setup(app: Any) -> None:
     """Connect the steps above to the build."""
+    # All of them take more than a minute: the test of the site draws one.
+    app.add_config_value("gallery_pictures", list(GALLERY), "env")
     app.connect("builder-inited", generate)
     app.connect("source-read", prepare)
     app.connect("build-finished", copy_players)

@@ -27,19 +27,25 @@ import site_reference  # noqa: E402
 import site_units  # noqa: E402
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The site, built with every warning as an error."""
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
+    """With links that lead somewhere, the output of its blocks, and every public name in the reference."""
     pytest.importorskip("sphinx")
-    folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "docs", str(folder)]
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-D", "gallery_pictures=head_on"]
+    command += ["-b", "html", "docs", str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-    return folder
+    links_lead_somewhere(tmp_path)
+    start = (tmp_path / "start.html").read_text()
+    assert "crossing with nao, seed 0: arrived, no collision" in start
+    assert "The nearest safe control to the preferred one was chosen." in start
+    assert re.search(r'<img [^>]*src="_images/start_0\.svg"', start)
+    text = (tmp_path / "generated" / "api.html").read_text()
+    names = {name for name in slalom.__all__ if not name.startswith("__")} - site_reference.OWN_PAGES
+    assert not {name for name in names if not re.search(rf'id="slalom[\w.]*\.{name}"', text)}
 
 
-@pytest.mark.slow
-def test_links_within_the_site_lead_somewhere(site: Path) -> None:
+def links_lead_somewhere(site: Path) -> None:
     """To a file, and to a part of it that exists; no page loads anything from a network."""
     texts = {path: path.read_text() for path in site.rglob("*.html")}
     assert len(texts) > 40
@@ -56,23 +62,6 @@ def test_links_within_the_site_lead_somewhere(site: Path) -> None:
             target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             assert target.exists(), f"{path.relative_to(site)}: {link}"
             assert not parts.fragment or target not in ids or unquote(parts.fragment) in ids[target], f"{path}: {link}"
-
-
-@pytest.mark.slow
-def test_blocks_have_their_output(site: Path) -> None:
-    """Of Python, of commands, and as figures."""
-    start = (site / "start.html").read_text()
-    assert "crossing with nao, seed 0: arrived, no collision" in start
-    assert "The nearest safe control to the preferred one was chosen." in start
-    assert re.search(r'<img [^>]*src="_images/start_0\.svg"', start)
-
-
-@pytest.mark.slow
-def test_every_public_name_is_in_the_reference(site: Path) -> None:
-    text = (site / "generated" / "api.html").read_text()
-    names = {name for name in slalom.__all__ if not name.startswith("__")} - site_reference.OWN_PAGES
-    missing = {name for name in names if not re.search(rf'id="slalom[\w.]*\.{name}"', text)}
-    assert not missing
 
 
 def test_reference_pages_are_complete() -> None:
