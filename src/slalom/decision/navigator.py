@@ -2,7 +2,7 @@
 
 The stages of one decision, which `slalom explain --stages` counts and times, and where they begin:
 
-    predict  Settings.predict: obstacles on predicted trajectories, cut into cubic pieces     obstacle/window.py
+    predict  ObstacleWindow.predicted: obstacles on predicted trajectories                    obstacle/window.py
     gather   PolicyTables.decision: all as tables; obstacle_pieces: bodies in reach, grown    kernels/decision/bodies.py
     keep     keep_committed: whether the present manoeuvre is kept                            kernels/decision/policy.py
     propose  optimistic_costs: preferred control and least cost of each response              kernels/decision/costs.py

@@ -17,11 +17,12 @@ class Stage(NamedTuple):
 
 def _functions() -> dict[str, tuple[Any, ...]]:
     """The functions in which each stage begins; `policy` is all of the compiled policy that no other stage is."""
-    from slalom.decision import decision, policy_tables, settings
+    from slalom.decision import decision, policy_tables
     from slalom.kernels.decision import bodies, collision, costs, motion_clear, policy, response_motion
+    from slalom.obstacle.window import ObstacleWindow
 
     return {
-        "predict": (settings.Settings.predict,),
+        "predict": (ObstacleWindow.predicted,),
         "gather": (policy_tables.PolicyTables.decision, bodies.obstacle_pieces),
         "policy": (policy.decide_all,),
         "keep": (policy.keep_committed, policy.committed_is_clear),
@@ -39,12 +40,12 @@ class _Clock:
     def __init__(self) -> None:
         # A compiled kernel has a code of its own when a profiler sees it.
         codes = {name: [getattr(one, "py_func", one).__code__ for one in some] for name, some in _functions().items()}
-        self.names = {(code.co_filename, code.co_name): name for name, some in codes.items() for code in some}
+        self.names = {(code.co_filename, code.co_firstlineno): name for name, some in codes.items() for code in some}
         self.calls, self.spent = Counter[str](), defaultdict[str, float](float)
         self._inside, self._since = ["rest"], perf_counter()
 
     def __call__(self, frame: FrameType, event: str, _: Any) -> None:
-        name = self.names.get((frame.f_code.co_filename, frame.f_code.co_name))
+        name = self.names.get((frame.f_code.co_filename, frame.f_code.co_firstlineno))
         if name is None or event not in ("call", "return"):
             return
         now = perf_counter()
@@ -58,7 +59,7 @@ class _Clock:
 
 
 def stages_of(work: Callable[[], object]) -> dict[str, Stage]:
-    """The stages of the decisions that `work` makes. Stages within compiled kernels are a part of `policy`."""
+    """The stages of all decisions that `work` makes, alone or in fleets. Those in compiled kernels are in `policy`."""
     clock = _Clock()
     sys.setprofile(clock)
     try:

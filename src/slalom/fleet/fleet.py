@@ -1,4 +1,16 @@
-"""Robots that decide together in a loop that belongs to the caller: arrays in, arrays out."""
+"""Robots that decide together in a loop that belongs to the caller: arrays in, arrays out.
+
+A step has the stages of a decision, see `slalom.decision.navigator`, for many robots at once:
+
+    predict           _window: once for all robots of a method
+    gather            _grown_bodies: once for each kind of skeleton; obstacle_pieces: for each robot
+    keep ... relax    decide_all: the same kernels on a table of n rows; _fall_back where they have no decision
+    report            _decision: arrays, no `Decision`
+
+It differs from `Navigator.decide` in three ways. Guidance may set targets (destinations.py). The table holds the other
+robots, as observed or published (observation.py). Robots decide in threads, or in rounds after those whose decisions
+they avoid (rounds.py).
+"""
 
 from __future__ import annotations
 
