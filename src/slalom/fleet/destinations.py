@@ -41,6 +41,7 @@ class Destinations:
         self._period, self._horizon = period, horizon
         self._guided_only = only
         self._fastest = np.array([limits.max_speed for limits in members.limits])
+        self._never_stops = np.array([least_speed(limits) is not None for limits in members.limits])
         # Obstacles are grown once for all round robots, which differ by the margin alone.
         first = next((shape for shape in members.shapes if is_round(shape)), None)
         self._grown_by = [
@@ -94,12 +95,11 @@ class Destinations:
         assert targets is not None
         each["target"][:, :d], each["final"] = array_of(targets, "targets", (n, d)), True
         self.guided = self.guidance is not None
-        for k in np.flatnonzero(each["stop"]).tolist():
+        for k in np.flatnonzero(each["stop"] & self._never_stops).tolist():
             bound = least_speed(self.members.limits[k])
-            if bound is not None:
-                raise InvalidInput(
-                    f"stop: expected False for robot {k} with {bound!r}, by which it never stops; found True"
-                )
+            raise InvalidInput(
+                f"stop: expected False for robot {k} with {bound!r}, by which it never stops; found True"
+            )
 
     def _head_for_goals(self, table: RobotTable, goals: Sequence[Goal], now: float, name: str) -> None:
         """Head for n goals, of which some may move and some be paths."""
