@@ -49,8 +49,8 @@ YIELD_DURATION: Final = 2.0
 before the blocked robot has moved."""
 
 YIELD_EXTENSION: Final = 0.5
-"""[s] Least remaining time of moving aside while the robot that sent the request is within YIELD_DISTANCE. Larger: robots
-come back later. Smaller than a decision period: they come back in between."""
+"""[s] Least remaining time of moving aside while the robot that sent the request is within YIELD_DISTANCE. Larger:
+robots come back later. Smaller than a decision period: they come back in between."""
 
 YIELD_DISTANCE: Final = 2.5
 """[1] Distance of the point that a robot yields to, and of the space tested for it, in sums of radii. It stays aside
