@@ -48,13 +48,12 @@ def test_the_radius_is_the_quantile_of_normal_errors() -> None:
         assert held == pytest.approx(0.025 * np.sqrt(-2.0 * np.log(1.0 - share)), rel=0.1)
 
 
-def test_predictions_of_ones_own_count_as_those_of_a_forecast() -> None:
-    shipped, own = Calibration(0.9, (0.5,)), Calibration(0.9, (0.5,), forecast=AtConstantTurn())
+def test_predictions_of_ones_own_are_judged_in_place_of_the_forecast() -> None:
+    calibration = Calibration(0.5, (0.5,), prior=BoundedError())
     for k in range(9):
-        tracks = Tracks([(0.3 * k, 0.0)], [(1.0, 0.0)], 0.3, 0.25 * k)
-        shipped.observe(tracks)
-        own.observe(tracks, [ConstantVelocity((0.3 * k, 0.0), (1.0, 0.0), 0.25 * k)])
-    assert own.radii() == shipped.radii() == pytest.approx(0.1)
+        tracks = Tracks([(0.3 * k, 0.0)], [(0.0, 0.0)], 0.3, 0.25 * k)
+        calibration.observe(tracks, [ConstantVelocity((0.3 * k, 0.0), (1.0, 0.0), 0.25 * k)])
+    assert calibration.radii() == pytest.approx(0.1)
 
 
 def test_the_prior_holds_until_errors_are_known() -> None:
