@@ -1,5 +1,6 @@
 """A newcomer's first hour: from an empty folder and the wheel alone, everything that README and first pages show."""
 
+import json
 import os
 import re
 import shlex
@@ -7,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
@@ -20,7 +22,7 @@ BLOCK = re.compile(r"^```(\w*)\n(.*?)^```(?:\n\n```text\n(.*?)^```)?", re.DOTALL
 """A block, and the output that the page states below it."""
 TIME = re.compile(r"\d+\.\d+ ms")
 """Times of this machine, which differ."""
-SHORTER = {"compare": ["--seeds", "1"], "reproduce": ["moving_obstacle", "--quick"]}
+SHORTER = {"compare": ["--seeds", "1"], "reproduce": ["moving_obstacle", "--quick"], "animate": ["--fps", "1"]}
 """What is added to commands that take minutes: they run, but less."""
 UNTIL_STOPPED = ("slalom view",)
 """Beginnings of commands that end with Ctrl-C; tests/live/test_live.py has them."""
@@ -72,39 +74,36 @@ def words_of(line: str) -> list[str]:
     """The words of a command, shorter where it takes minutes."""
     words = shlex.split(line, comments=True)
     more = SHORTER.get(words[1], [])
-    if ">" in words:
-        return words
-    return (
-        [*words, *more]
-        if "--seeds" not in words
-        else [*words[: words.index("--seeds")], *more, *words[words.index("--seeds") + 2 :]]
-    )
+    if more and more[0] in words:
+        first = words.index(more[0])
+        del words[first : first + 2]
+    return [*words, *more]
 
 
-def run(command: list[str], folder: Path, installed: Path) -> subprocess.CompletedProcess[str]:
-    """Run a program in a folder, with the installed wheel."""
-    settings = {**os.environ, "PYTHONPATH": str(installed)}
-    return subprocess.run(command, cwd=folder, env=settings, capture_output=True, text=True, check=False)
+PROGRAM = """
+import io, json, sys
+from contextlib import redirect_stdout
+from pathlib import Path
 
+import slalom
+from slalom.cli import call
 
-@pytest.mark.slow
-def test_the_wheel_is_what_runs(installed: Path, tmp_path: Path) -> None:
-    """Not the clone."""
-    done = run([sys.executable, "-c", "import slalom; print(slalom.__file__)"], tmp_path, installed)
-    assert Path(done.stdout.strip()).is_relative_to(installed)
-
-
-def said(words: list[str], folder: Path, installed: Path) -> str:
-    """What a command prints; its file after > gets it instead."""
-    words, target = (words[:-2], words[-1]) if ">" in words else (words, None)
-    done = run([sys.executable, "-m", "slalom", *words[1:]], folder, installed)
-    # Exit code 1: a robot did not arrive, as with some methods in one of the comparisons.
-    assert done.returncode in (0, 1), f"{words}\n{done.stdout}{done.stderr}"
-    assert done.stdout or done.stderr, words
-    if target is None:
-        return done.stdout
-    (folder / target).write_text(done.stdout)
-    return ""
+steps, follow = json.load(sys.stdin)
+said, namespace = [], {"__name__": "__documentation__"}
+for step in steps:
+    target = step.pop() if ">" in step[:-1] else None
+    with redirect_stdout(io.StringIO()) as out:
+        if step[0] == "slalom":
+            code = call([word for word in step[1:] if word != ">"])
+            assert code in (0, 1), (code, step)
+        else:
+            exec(step[0], namespace if follow else dict(namespace))
+    if target:
+        Path(target).write_text(out.getvalue())
+    said.append("" if target else out.getvalue())
+print(json.dumps([slalom.__file__, said]))
+"""
+"""Runs blocks of Python and commands in order. Exit code 1: a robot did not arrive, as in one of the comparisons."""
 
 
 @pytest.mark.slow
@@ -115,23 +114,31 @@ def said(words: list[str], folder: Path, installed: Path) -> str:
 def test_everything_that_is_shown_runs_and_prints_what_the_page_says(
     page: str, shows: int, stated: int, installed: Path, tmp_path: Path
 ) -> None:
-    """In order, in one folder that was empty; files that one command writes are there for the next."""
+    """From the wheel, not from the clone, in a folder that was empty; a command finds files of those before it."""
     parts = list(shown(ROOT / page))
     assert sum(len(part.texts) for part in parts) >= shows
     assert sum(part.stated is not None for part in parts) >= stated
-    namespace, before = "", ""
+    steps, owners = list[list[str]](), list[Part]()
     for part in parts:
-        if part.kind == "python":
-            # Blocks of "get started" follow each other; those of other pages run alone.
-            namespace = namespace + part.texts[0] if page.endswith("start.md") else part.texts[0]
-            done = run([sys.executable, "-c", namespace], tmp_path, installed)
-            assert done.returncode == 0, done.stderr
-            printed = done.stdout.removeprefix(before)
-            before = done.stdout if page.endswith("start.md") else ""
-        else:
+        for text in part.texts:
             # What the page states is what the command prints as it stands there.
-            words = [shlex.split(text, comments=True) if part.stated else words_of(text) for text in part.texts]
-            printed = "".join(said(each, tmp_path, installed) for each in words)
+            of_command = words_of if part.stated is None else partial(shlex.split, comments=True)
+            steps.append([text] if part.kind == "python" else of_command(text))
+            owners.append(part)
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        # Blocks of "get started" follow each other; those of other pages run alone.
+        input=json.dumps([steps, page.endswith("start.md")]),
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(installed)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    where, said = json.loads(done.stdout)
+    assert Path(where).is_relative_to(installed)
+    for part in parts:
+        printed = "".join(text for text, owner in zip(said, owners, strict=True) if owner is part)
         if part.stated is not None:
             assert TIME.sub("TIME", printed).rstrip() == TIME.sub("TIME", part.stated).rstrip()
 
