@@ -37,7 +37,7 @@ from slalom.sim import Recording, Robot, Scenario, load, simulate
 from slalom.sim.files.recorded_traffic import RADII, AgentSelection, crossing, read_recorded
 from slalom.sim.files.scenario_yaml import files_of
 from slalom.sim.measure.export_tracks import as_tracks
-from slalom.sim.measure.metrics import min_clearance, summary
+from slalom.sim.measure.metrics import summary
 from slalom.sim.scenario import SETTINGS
 from slalom.sim.sweep.case import digests_of
 
@@ -153,18 +153,6 @@ def test_a_run_lasts_as_long_as_the_recording(say: Say) -> None:
     assert "people: the used part of the recording ends at 19.9 s, before the end of the run at 22 s" in said.err
 
 
-@pytest.mark.parametrize("foresight", draws(FORESIGHTS, 2))
-def test_levels_of_foresight(foresight: str, say: Say) -> None:
-    """As the same method says it, in every result; only a known future changes decisions early."""
-    tokens = ["run", "people.csv", *WAY, "--at", 0.5, "--json", "--figure", "run.svg", "--figure-at", 0]
-    one = say(*tokens, "--foresight", foresight)
-    two = say(*tokens, "--method", f"nao_ahead@{foresight}")
-    assert {**one.noted_json, "decision_us": 0} == {**two.noted_json, "decision_us": 0}
-    assert one.noted_json["foresight"] == foresight.partition("_")[0]
-    assert one.noted_json["collisions"] == 0
-    assert f"people, nao_ahead@{foresight}, 0.0 s after the start" in Path("run.svg").read_text()
-
-
 SIZES = """\
 t,id,x,y,radius,length,width,kind
 0,1,0,0,0.7,4,3,car
@@ -233,26 +221,11 @@ def test_options_of_recordings_are_refused_elsewhere(name: str, scenario: str, s
     [
         ("", "--start: expected X,Y[,Z] [m] for a robot in people.csv, found none"),
         ("--start 0,0", "--goal: expected X,Y[,Z] [m] for a robot in people.csv, found none"),
-        ("--start 0,0 --goal 9", "--goal: expected two or three numbers separated by commas, found '9'"),
-        ("--start 0,here --goal 9,9", "--start: expected two or three numbers separated by commas, found '0,here'"),
         ("--start 0,0,0 --goal 9,9", "start: expected 2 numbers, found [0, 0, 0] of shape (3,)"),
-        ("--start 0,0 --goal 9,nan", "goal: expected finite numbers, found [9, nan]"),
         ("--start 0,0 --goal 9,9 --start-velocity 1,1,1", "start velocity: expected 2 numbers, found [1, 1, 1] "),
         ("--start 0,0 --goal 9,9 --at 19.9", "at: expected a time of people, from 0 to before 19.9 s, found 19.9 s"),
-        ("--start 0,0 --goal 9,9 --at -1", "at: expected a time of people, from 0 to before 19.9 s, found -1 s"),
-        ("--start 0,0 --goal 9,9 --speed 0", "speed: expected a number above 0, found 0"),
-        ("--start 0,0 --goal 9,9 --acceleration -1", "acceleration: expected a number above 0, found -1"),
-        ("--start 0,0 --goal 9,9 --tolerance 0", "tolerance: expected a number above 0, found 0"),
-        ("--start 0,0 --goal 9,9 --robot-radius -1", "radius: expected 0 or more, found -1"),
-        ("--start 0,0 --goal 9,9 --agent-radius -1", "radius: expected 0 or more, found -1"),
-        ("--start 0,0 --goal 9,9 --duration 0", "duration: expected a number above 0, found 0"),
         ("--start 0,0 --goal 9,9 --agents 4,7", "agents: expected ids of people.csv, agents 4, 5, 9; found '7'"),
-        ("--start 0,0 --goal 9,9 --without 7", "without: expected ids of people.csv, agents 4, 5, 9; found '7'"),
-        ("--start 0,0 --goal 9,9 --format gpx", "format: expected one of csv, eth_ucy, "),
-        ("--start 0,0 --goal 9,9 --unit mile", "unit: expected one of m, cm, "),
-        ("--start 0,0 --goal 9,9 --columns id", "--columns: expected FIELD=COLUMN, found 'id'"),
         ("--start 0,0 --goal 9,9 --set start=3", "--set start: expected --at with a recording, found 3"),
-        ("--start 0,0 --goal 9,9 --set speed=3", "setting: expected one of start, "),
         ("--start 0,0 --goal 9,9 --jump-speed 0.5", "people.csv:3: expected agent 4 no faster than 0.5 m/s, found 1.0"),
         ("--start 0,0 --goal 9,9 --out a.txt", "--out: expected a file that ends in .h5, "),
     ],
@@ -262,26 +235,6 @@ def test_what_does_not_fit_a_recording(tokens: str, message: str, say: Say) -> N
     assert (said.code, said.out) == (2, "")
     assert said.err.startswith(message)
     assert len(list(Path().iterdir())) == 1
-
-
-def test_settings_of_formats(say: Say) -> None:
-    """Frames at a rate; ships in columns of other names, about an origin."""
-    Path("walk.txt").write_text("".join(f"{k} 7 {k / 10!r} 9\n" for k in range(40)))
-    way = ["--start", "0,0", "--goal", "0,-3", "--json", "--out", "run.h5"]
-    assert "frames 10 or 6 apart, or a frame_rate" in say("run", "walk.txt", *way).err
-    assert say("run", "walk.txt", *way, "--frame-rate", 10).code == 0
-    assert Recording.load("run.h5").obstacles[0].trajectory.span == (0.0, 3.9)
-    rows = "".join(f"2022-01-03T00:{m:02d}:00,9,0.0,{m / 1000},160,120\n" for m in range(5))
-    Path("ships.csv").write_text("time,ship,north,east,length,width\n" + rows)
-    tokens = ["--format", "ais", "--columns", "id=ship", "latitude=north", "--columns", "longitude=east"]
-    tokens += ["--origin=-0.0,0", "--epoch", "2022-01-03T00:01:00", "--at", 60]
-    said = say("run", "ships.csv", "--start", "0,200", "--goal", "0,203", *tokens, "--out", "run.h5")
-    summary = "1 agent, 240 s from -60 to 180 s, extent 445.3 x 0 m, speed median 1.86 and largest 1.86 m/s"
-    assert (said.code, said.err) == (0, f"ships.csv: {summary}\n")
-    (ship,) = Recording.load("run.h5").obstacles
-    assert ship.trajectory.span == (-60.0, 180.0)
-    assert ship.trajectory.position(0.0) == pytest.approx([111.32, 0.0], abs=0.01)
-    assert ship.shape == Disc(100.0)
 
 
 def test_repairs_are_said_on_stderr(say: Say) -> None:
@@ -360,17 +313,6 @@ def test_a_run_is_written_as_a_recording(suffix: str, say: Say) -> None:
             "9": (0.25, ""),
             "10": (0.3, "robot"),
         }
-
-
-def test_a_run_can_be_run_again_among(say: Say) -> None:
-    """Another robot meets the first, which is in the recording now."""
-    assert say("run", "people.csv", *WAY, "--out", "first.csv").code == 0
-    said = say("run", "first.csv", "--start", "8,0", "--goal=-4,0", "--out", "second.h5")
-    assert said.code == 0
-    second = Recording.load("second.h5")
-    assert [o.name for o in second.obstacles] == ["agent 4", "agent 5", "agent 9", "agent 10"]
-    assert second.obstacles[-1].shape == Disc(0.3)
-    assert min_clearance(second) > 0.0
 
 
 def test_obstacles_of_any_scenario_as_tracks() -> None:

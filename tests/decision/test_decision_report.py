@@ -89,15 +89,6 @@ def test_an_inevitable_collision_has_time_place_and_name() -> None:
     assert json.loads(json.dumps(made.as_dict(), allow_nan=False))["collision"]["obstacle"] == "obstacles[0]"
 
 
-def test_a_file_repeats_a_decision_to_the_bit(tmp_path) -> None:
-    table = slalom.ObstacleTable([WALL])
-    for made in run(12, budget=1e-4, obstacles=lambda t: [table, crowd(t), WALL])[::3]:
-        made.dump(tmp_path / "d.json")
-        again, same = read_decision(tmp_path / "d.json").repeat()
-        assert same
-        assert again.as_dict() == made.as_dict()
-
-
 @pytest.mark.parametrize("foresight", ["", "@observed"])
 @pytest.mark.parametrize("variant", [None, *VARIANTS])
 def test_a_file_repeats_a_decision_of_each_variant_of_a_method(tmp_path, variant, foresight) -> None:
@@ -111,33 +102,6 @@ def test_a_file_repeats_a_decision_of_each_variant_of_a_method(tmp_path, variant
     assert same
     assert again.as_dict() == made.as_dict()
     assert again.inputs.navigator.method == made_of_it
-
-
-def test_a_file_repeats_a_decision_among_robots_that_yield_in_part(tmp_path) -> None:
-    others = crowd(0.0).with_shares(np.linspace(0.0, 0.5, 8))
-    state = slalom.State((0.0, 0.0), (1.0, 0.0))
-    made = slalom.Navigator(slalom.method("nao"), slalom.Disc(0.3), LIMITS).decide(state, [WALL], GOAL, robots=others)
-    made.dump(tmp_path / "d.json")
-    again, same = read_decision(tmp_path / "d.json").repeat()
-    assert same
-    assert again.as_dict() == made.as_dict()
-    np.testing.assert_array_equal(again.inputs.robots.shares, others.shares)
-
-
-def test_a_file_repeats_a_decision_among_obstacles_that_may_touch_a_robot_at_rest(tmp_path) -> None:
-    """A wall is faster than the robot, so it brakes; if all contacts counted, it would flee as long as it can."""
-    comes = slalom.Polyline([(0.0, -50.0), (0.0, 50.0)])
-    wall = slalom.Obstacle(comes, slalom.ConstantVelocity((4.0, 0.0), (-2.0, 0.0)), "wall", contact_at_rest=False)
-    made, fleeing = (
-        navigator(horizon=4.0).decide(slalom.State((0.0, 0.0), (1.0, 0.0)), [one], GOAL)
-        for one in (wall, replace(wall, contact_at_rest=True))
-    )
-    assert (made.outcome, fleeing.outcome) == (slalom.Outcome.BRAKING, slalom.Outcome.DELAYED)
-    made.dump(tmp_path / "d.json")
-    again, same = read_decision(tmp_path / "d.json").repeat()
-    assert same
-    assert again.as_dict() == made.as_dict()
-    assert not again.inputs.obstacles[0].contact_at_rest
 
 
 def test_each_decision_is_one_line_of_the_log(caplog) -> None:

@@ -239,21 +239,6 @@ def test_without_a_spread_only_contacts_count() -> None:
             assert weighing.contacts(np.array([[9.0, 9e6]]), others, times, 0.0, scales) == pytest.approx(0.0)
 
 
-def test_a_higher_loss_keeps_more_distance() -> None:
-    """Past a disc at rest beside the way, and never less far in time than the way of a lower loss."""
-    post = [Obstacle(Disc(0.5), Stationary([4.5, 0.5]))]
-    closest, arrivals = [], []
-    for loss in (0.0, 200.0):
-        decision = ExpectedLoss(ahead(), (0.0, 0.4, 0.8), (1.0,) * 3, loss, deviates=False).decide(
-            State([3.0, 0.0], [1.0, 0.0]), post, GOAL
-        )
-        path = decision.manoeuvre.position(np.linspace(0.0, 4.0, 200))
-        closest.append(np.linalg.norm(path - post[0].trajectory.initial_position, axis=1).min() - 0.8)
-        arrivals.append(decision.arrival)
-    assert closest[1] > closest[0] + 0.2
-    assert arrivals[1] > arrivals[0]
-
-
 def test_tracks_are_taken_and_runs_arrive() -> None:
     """In closed loop among people that keep their velocity, without a contact."""
     rng = np.random.default_rng(2)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import permutations
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,7 +30,6 @@ from slalom.forecast.forecast import FromModels
 from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled
 from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, covering, futures, predicted
-from slalom.sim.files.decision_file import read_decision
 
 ROBOT, LIMITS, HORIZON = Disc(0.3), Limits(1.5, 2.0), 4.0
 REACTION = Reaction(LIMITS, 0.1)
@@ -330,20 +328,6 @@ def test_robots_avoid_all_futures_of_a_turning_person() -> None:
         gaps = np.linalg.norm(sequence.manoeuvre.position(times) - one.trajectory.position(times), axis=1)
         radii = replace(one.uncertainty, coverage=0.8).radius(times - 6.0, 2)
         assert (gaps >= 0.6 + radii - 1e-6).all()
-
-
-def test_a_file_repeats_a_decision_about_several_futures(tmp_path: Path) -> None:
-    behind = future((-1.4, 0.0), (1.4, 0.0), 1.0, "", 0.9)
-    around = future((3.0, 0.0), (-1.0, 0.0), 0.1, "a", 0.9), future((3.0, 0.0), (0.0, 3.0), 0.9, "a", 0.9)
-    tracks = Tracks([(7.0, 5.0)], [(0.0, 0.0)], 0.3, ids=["far"], probabilities=[0.25])
-    found = decided(navigator(risk=Risk(5.0, 0.05)), [*WALLS, behind, *around, tracks])
-    found.dump(tmp_path / "decision.json")
-    repeated, equal = read_decision(tmp_path / "decision.json").repeat()
-    assert equal
-    assert repeated.probability == found.probability
-    assert repeated.outcome is Outcome.LIKELY
-    assert repeated.inputs is not None
-    assert repeated.inputs.navigator.risk == Risk(5.0, 0.05)
 
 
 def test_pieces_of_many_predictions_are_those_of_each() -> None:

@@ -63,12 +63,6 @@ def test_decisions_end_at_all_scales_in_space(scale) -> None:
         assert np.isfinite(decision.manoeuvre.control).all()
 
 
-@pytest.mark.parametrize("scale", [1e7, 1e8, 1e9, 1e15])
-def test_scenes_beyond_the_resolution_are_refused(scale) -> None:
-    with pytest.raises(slalom.InvalidInput, match=r"expected lengths of at most 1e\+07 m, found"):
-        decide(0, scale)
-
-
 @pytest.mark.parametrize("speed", [1e5, 1e7, 1e9, 1e12])
 @pytest.mark.parametrize("kind", KINDS)
 def test_decisions_end_among_obstacles_of_all_speeds(speed, kind) -> None:

@@ -543,14 +543,6 @@ def test_a_robot_that_is_too_fast_brakes(d: int, method: str) -> None:
     assert speeds[obeys:].max() <= 2.0 * (1 + 1e-8)
 
 
-@pytest.mark.parametrize("method", ["avo", "nao"])
-def test_a_repeat_is_the_same_to_the_bit(method: str) -> None:
-    one, two = (random_run(14, 3, method, most=4.0) for _ in range(2))
-    assert one.controls.tobytes() == two.controls.tobytes()
-    assert one.responses == two.responses
-    assert one.digest() == two.digest()
-
-
 @pytest.mark.parametrize("method", ALONE)
 @pytest.mark.parametrize(
     "trajectory",
@@ -732,16 +724,6 @@ def test_no_response_that_is_left_out_is_better_by_much() -> None:
                 )
         chosen = cost_of(robot, step, fresh.manoeuvre, free_again(robot, fresh.manoeuvre))
         assert chosen <= min(costs) + MIN_IMPROVEMENT * min(robot.holds) + COST_TIE
-
-
-def test_patience_saves_adjustments() -> None:
-    changes = []
-    for patience in (0.0, 0.1, 0.5):
-        _, steps, _ = judged(patience)
-        manoeuvres: list[Manoeuvre] = [step.decision.manoeuvre for step in steps]
-        changes.append(sum(a is not b for a, b in itertools.pairwise(manoeuvres)))
-    assert changes[0] > changes[1] >= changes[2]
-    assert changes[2] < 0.5 * changes[0]
 
 
 def contents(decision: Decision) -> list[object]:

@@ -241,20 +241,6 @@ def test_robot_circles_in_a_closed_hall_for_ever() -> None:
     assert AccelerateThenTurn in kinds
 
 
-@pytest.mark.parametrize("place", [(120.0, 0.0, 0.0), (250.0, 5.0, -0.25)])
-def test_aircraft_passes_a_slower_one_with_its_margin(place) -> None:
-    x, y, sideways = place
-    limits = Limits(25.0, 6.0, bounds=(LeastSpeed(18.0), TurningRadius(60.0)))
-    drone = Obstacle(Disc(5.0), ConstantVelocity((x, y), (15.0, sideways)))
-    navigator = robot(limits, radius=2.0, horizon=15.0, margin=20.0)
-    goal, ends = Goal(Stationary((1500.0, 0.0)), 20.0), []
-    for state, now, decision in closed_loop(navigator, State((0.0, 0.0), (22.0, 0.0)), [drone], goal, 500):
-        assert decision.safe
-        assert gap(drone, state.position[None], np.array([now]), 2.0)[0] >= 20.0 - 1e-3
-        ends.append(state.position[0] - drone.trajectory.position(now)[0])
-    assert ends[-1] > 100.0  # it is past
-
-
 def test_responses_of_a_robot_that_must_not_stop() -> None:
     limits = Limits(10.0, 2.0, bounds=(LeastSpeed(8.0),))
     for name in ("nao", "ao"):

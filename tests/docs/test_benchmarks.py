@@ -146,27 +146,6 @@ def test_the_written_page_is_that_of_the_kept_results(tmp_path: Path) -> None:
     assert all(f"## {name}: " in text for name in QUICK)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["closed_loop", "random_fleets", "arrivals"])
-def test_programs_apart_from_the_page_of_times_run(name: str, tmp_path: Path) -> None:
-    done = called(FOLDER / f"{name}.py", "--quick", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert json.loads((tmp_path / f"{name}.json").read_text())["tables"]
-
-
-@pytest.mark.slow
-def test_agents_in_a_building_are_measured(tmp_path: Path) -> None:
-    """Apart from the page of times: six agents by each method whose package is installed, by name if it is not."""
-    done = called(FOLDER / "building.py", "--quick", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    (one,) = json.loads((tmp_path / "building.json").read_text())["tables"]
-    packages = {"nao_shared": "slalom", "orca": "pyrvo", "CollisionFreeSpeed": "jupedsim", "SocialForce": "jupedsim"}
-    there = [name for name, package in packages.items() if find_spec(package)]
-    assert all(row[0].startswith(name) for row, name in zip(one["rows"], there, strict=True))
-    assert all(row[one["heads"].index("agents arrived")] == 6 for row in one["rows"])
-    assert done.stdout.count(": left out, because jupedsim") == 2 * (find_spec("jupedsim") is None)
-
-
 def test_rows_of_baselines_have_the_settings_that_were_found() -> None:
     """In the study of planners and in the table of README, with the scenario and guidance of the row."""
     best = {}

@@ -77,16 +77,6 @@ def test_shared_manoeuvres_never_collide(seed):
         assert np.linalg.norm(run.velocities[:, k], axis=1).max() <= limits.max_speed * (1 + 1e-7)
 
 
-@pytest.mark.parametrize("robots", draws([2, 4, 10], 2))
-@pytest.mark.parametrize("noise", [0.0, 1e-3])
-def test_robots_change_places_on_a_circle(robots, noise):
-    run = simulate(build("circle", {"robots": robots, "noise": noise}, seed=1), SHARED)
-    assert np.all(np.isfinite(run.arrived))
-    assert least_clearance(run) >= 0.0
-    # Alone it takes 21 s: 40 m at 2 m/s, half a second more to speed up and as long to stop.
-    assert run.times[-1] < (1.25 if robots < 10 else 2.0) * 21.0
-
-
 @pytest.mark.parametrize("method", ["nao_shared", "nao"])
 def test_the_order_of_robots_does_not_matter(method):
     scenario = replace(drawn(3, 4), duration=4.0)
@@ -96,27 +86,6 @@ def test_the_order_of_robots_does_not_matter(method):
     assert len(run.times) == len(mixed.times)
     for position, k in enumerate(order):
         assert np.array_equal(mixed.positions[:, position], run.positions[:, k])
-
-
-@pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not (row.shared or row.looks_ahead)])
-def test_observed_robots_run_to_the_end(method):
-    """Whether they collide is not guaranteed; that they observe each other is."""
-    run = simulate(replace(build("circle", {"robots": 3}, seed=0), duration=14.0), METHODS[method])
-    assert run.positions.shape[1] == 3
-    alone = Scenario("alone", run_robots(run)[:1], duration=14.0, horizon=6.0, holds=(0.5, 1.0, 2.0))
-    straight = simulate(alone, METHODS[method])
-    steps = min(len(run.times), len(straight.times))
-    assert np.abs(run.positions[:steps, 0] - straight.positions[:steps, 0]).max() > 0.1
-
-
-def run_robots(run):
-    """The robots of a recording, as they started."""
-    return tuple(
-        Robot(shape, limits, State(position, velocity), goal, f"robot {k}")
-        for k, (shape, limits, position, velocity, goal) in enumerate(
-            zip(run.shapes, run.limits, run.positions[0], run.velocities[0], run.goals)
-        )
-    )
 
 
 def two(stop: bool) -> Scenario:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from draws import draws, draws_of
+from draws import draws_of
 from fleets import fleet_of, swap
 from parts import disc_or_ball
 
@@ -144,20 +144,6 @@ def test_a_copy_of_a_fleet_goes_on_equal_to_the_bit(guided: bool, how: str) -> N
     np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("robots", draws([12, 30]))
-def test_guided_robots_that_would_block_each_other_arrive(robots: int) -> None:
-    """Without a contact; and then at new targets beyond the first ones, around a wall."""
-    wall = Obstacle(Polyline([(-12.0, 14.0), (12.0, 14.0)]), Stationary((0.0, 0.0)))
-    starts, targets = swap(robots, 7.0)
-    fleet = Fleet(METHODS["nao_shared"], Disc(0.3), Limits(1.5, 2.0), robots=robots, obstacles=[wall], guided=True)
-    path, velocities = drive(fleet, starts, targets, 350)
-    assert np.linalg.norm(path[-1] - targets, axis=1).max() < 0.3
-    beyond = targets + np.array([0.0, 24.0])
-    back, _ = drive(fleet, path[-1], beyond, 500, 350, velocities)
-    assert np.linalg.norm(back[-1] - beyond, axis=1).max() < 0.3
-    assert least_distance(np.concatenate([path, back])) > 0.6 - METRIC
-
-
 def test_a_guided_robot_alone_has_its_target() -> None:
     """The path of an unguided one, to the bit."""
     runs = [
@@ -211,15 +197,6 @@ def test_bounds_are_along_the_headings() -> None:
         assert (decided.velocities[0, 0] < 0.9 * decided.velocities[0, 1]) == (heading is not None)
 
 
-@pytest.mark.parametrize("far", [1e20, 1e50, 1e99])
-def test_robots_far_from_all_others_decide_as_alone(far: float) -> None:
-    places = np.array([(2.0 * k, 0.0) for k in range(5)] + [(far, 0.0)])
-    fleets = [Fleet(method("nao"), Disc(0.3), Limits(1.5, 1.0), robots=n, guided=False) for n in (6, 5)]
-    both, near = (fleet.step(0.0, places[:n], 0.0 * places[:n], places[:n] + 3.0) for fleet, n in zip(fleets, (6, 5)))
-    np.testing.assert_array_equal(both.accelerations[:5], near.accelerations)
-    assert np.isfinite(both.accelerations).all()
-
-
 @pytest.mark.parametrize("shape", [Rectangle(0.8, 0.5), Capsule((0, 0), (1, 0), 0.2)])
 def test_no_entry_drops_a_heading_by_which_a_shape_would_turn(shape: object) -> None:
     """Every decision about a shape that is not round refuses it; a disc, and a heading of 0, are taken."""
@@ -269,13 +246,6 @@ def test_robots_join_and_leave() -> None:
         met.append(np.linalg.norm(positions[0] - positions[1]))
     assert min(met) > 1.0 - METRIC
     assert np.linalg.norm(positions[0] - targets[0]) < 0.5
-
-
-def test_a_robot_that_overlaps_another_separates() -> None:
-    fleet = Fleet(METHODS["nao"], Disc(0.5), Limits(1.5, 2.0), robots=2)
-    decided = fleet.step(0.0, [(0.0, 0.0), (0.5, 0.0)], np.zeros((2, 2)), [(5.0, 0.0), (5.0, 1.0)])
-    assert decided.outcomes == (Outcome.ESCAPING, Outcome.ESCAPING)
-    assert decided.accelerations[0, 0] < 0.0 < decided.accelerations[1, 0]
 
 
 def test_a_robot_among_moving_obstacles_has_the_bits_of_the_navigator() -> None:
@@ -385,29 +355,6 @@ def test_a_fleet_has_the_defaults_of_a_scenario() -> None:
     assert given["guided"] is None
     assert fields["guided"].default is True
     assert given["detours"] == gallery.build("circle").navigator(METHODS["nao"]).detours
-
-
-@pytest.mark.parametrize("name", ["nao", "nao_shared"])
-def test_a_fleet_drives_as_the_simulator_by_default(name: str) -> None:
-    """In a doorway, where robots without guidance block each other."""
-    scenario = gallery.build("doorway", {"robots": 6, "duration": 10.0}, seed=1)
-    run, robots = simulate(scenario, METHODS[name]), scenario.robots
-    # The simulator decides by name.
-    order = sorted(range(len(robots)), key=lambda k: robots[k].name)
-    each = [robots[k] for k in order]
-    settings = {"obstacles": scenario.obstacles, "holds": scenario.holds}
-    fleet = Fleet(METHODS[name], [r.shape for r in each], [r.limits for r in each], **settings)
-    positions, velocities = np.array([r.state.position for r in each]), np.array([r.state.velocity for r in each])
-    targets = np.array([r.goal.position(0.0) for r in each])
-    for k in range(len(run.times) - 1):
-        np.testing.assert_allclose(positions, run.positions[k, order], atol=1e-9)
-        decided = fleet.step(
-            float(run.times[k]),
-            *(positions, velocities, targets),
-            tolerances=[r.goal.tolerance for r in each],
-            stop=[r.goal.stop for r in each],
-        )
-        positions, velocities = integrate(positions, velocities, decided.accelerations, scenario.dt)
 
 
 BEHIND = Obstacle(Polyline([(0, -3), (0, 3)], 0.05), Stationary((0.0, 0.0)), "wall")

@@ -81,21 +81,6 @@ def test_balls_change_sides_through_one_point(robots: int) -> None:
     assert least >= 0.0
 
 
-def test_robots_of_each_world_arrive_as_without_the_others() -> None:
-    starts = np.concatenate([on_circle(4, 3.0), on_circle(5, 3.0) + 0.5])
-    ends = np.concatenate([-on_circle(4, 3.0), 0.5 - on_circle(5, 3.0)])
-    worlds = np.array([1] * 4 + [0] * 5)
-    both = Fleet(SHARED, Disc(RADIUS), LIMITS, robots=9, worlds=worlds)
-    alone = Fleet(SHARED, Disc(RADIUS), LIMITS, robots=4, guided=False)
-    positions, velocities = starts, np.zeros_like(starts)
-    for k in range(150):
-        decided = both.step(k * DT, positions, velocities, ends)
-        single = alone.step(k * DT, positions[:4], velocities[:4], ends[:4])
-        assert np.array_equal(decided.accelerations[:4], single.accelerations)
-        positions, velocities = integrate(positions, velocities, decided.accelerations, DT)
-    assert np.linalg.norm(positions - ends, axis=1).max() <= 0.25
-
-
 @pytest.mark.parametrize("space", [False, True])
 def test_robots_of_many_processes_arrive(space: bool) -> None:
     """Each is a fleet of its own; they take turns, and send each other manoeuvres as bytes."""

@@ -15,7 +15,6 @@ from slalom import (
     Capsule,
     Disc,
     Fleet,
-    InvalidFile,
     InvalidInput,
     Limits,
     Obstacle,
@@ -95,15 +94,6 @@ def test_gaps_between_round_walls_are_as_wide_as_they_are(turn: float, gap: floa
             go()
 
 
-@pytest.mark.parametrize("place", [(0.0, 0.0), (0.5, 0.9), (1.0, 0.0), (1.0 - 1e-9, 1.0)])
-def test_starts_and_goals_in_walls_are_refused(place: tuple[float, float]) -> None:
-    block, depth = [Obstacle(Rectangle(2.0, 2.0), Stationary((0, 0)))], 1.0 - max(map(abs, place))
-    for name, ends in (("starts", ([(5, 0), place], [(0, 5), (0, 6)])), ("goals", ([(0, 5), (0, 6)], [(5, 0), place]))):
-        mistake = rf"{name}\[1\]: expected a place outside of obstacles, found \[.*\], {depth:g} m inside one"
-        with pytest.raises(InvalidInput, match=mistake):
-            routes(*ends, 0.25, block)
-
-
 @pytest.mark.parametrize("gap", [0.25 - 1e-9, 0.25, 0.27, 0.1])
 def test_starts_and_goals_beside_walls_have_paths_that_leave_them_at_once(gap: float) -> None:
     for shape in (Rectangle(2.0, 2.0), Disc(1.0)):
@@ -111,13 +101,6 @@ def test_starts_and_goals_beside_walls_have_paths_that_leave_them_at_once(gap: f
         (path,) = routes([(1 + gap, 0)], [(-1 - gap, 0)], 0.25, [Obstacle(shape, Stationary((0, 0)))])
         near = shapely.intersection(shapely.LineString(path), shapely.buffer(solid, 0.25 - 1e-3)).length
         assert near <= 2.0 * max(0.25 - gap, 0.0) + 1e-3
-
-
-def test_no_path_leads_through_a_wall_out_of_a_slot() -> None:
-    """Between two walls 0.3 m apart that are closed at both ends there is no space for the agent."""
-    slot = wall((0, -4), (0.3, -4), (0.3, 4), (0, 4), (0, -4))
-    with pytest.raises(InvalidInput, match=r"goals\[0\]: expected a place that a path leads to"):
-        routes([(0.1, 0)], [(5, 0)], 0.25, [slot])
 
 
 BOXES = st.lists(
@@ -226,24 +209,3 @@ def test_a_file_names_a_table_of_agents_and_leads_them_by_routes(tmp_path: Path)
     assert [file.name for file in files_of(path)] == ["a.yaml", "hall.wkt", "people.csv"]
     found = metrics.summary(simulate(scenario, METHODS["nao_shared"]))
     assert (found["arrived"], found["collisions"]) == (3, 0)
-
-
-@pytest.mark.parametrize(
-    ("table", "mistake"),
-    [
-        ("x,y,goal_x\n0,0,1\n", r"people\.csv:1: expected a header with x,y,goal_x,goal_y"),
-        ("x,y,goal_x,goal_y,radius,max_speed\n0,0,one,1,1,1\n", r"people\.csv:2: goal_x: expected a number"),
-        ("x,y,goal_x,goal_y,radius,max_speed\n0,0,1,1,0,1\n", r"people\.csv:2: radius: expected a number above 0"),
-        ("t,x,y,goal_x,goal_y\n0,0,0,1,1\n", r"robots\.0\.table: expected columns among x, .*, found t"),
-        ("x,y,goal_x,goal_y,radius\n0,0,1,1,1\n", r"a\.yaml:4:\d+: robots\.0\.table: expected a column max_speed"),
-        (
-            "x,y,goal_x,goal_y,radius,max_speed\n-3,0,-3,0,0.2,1\n",
-            r"robots\.0\.table: goals\[0\]: expected a place apart",
-        ),
-    ],
-)
-def test_mistakes_of_a_table_are_those_of_the_file(table: str, mistake: str, tmp_path: Path) -> None:
-    written(tmp_path, "hall.wkt", "LINESTRING (0 -6, 0 -0.7)")
-    written(tmp_path, "people.csv", table)
-    with pytest.raises(InvalidFile, match=mistake):
-        read_scenario(written(tmp_path, "a.yaml", f"{HALL}robots:\n{TABLE}"))

@@ -12,7 +12,6 @@ from slalom.forecast.forecast import FORECASTS, AcceleratingBriefly
 from slalom.forecast.linear import linear_forecast
 from slalom.model.trajectory import ConstantAcceleration
 from slalom.sim import Robot, Scenario, load, simulate
-from slalom.sim.gallery import build
 from slalom.sim.measure.closest_approach import METRIC
 from slalom.sim.measure.metrics import summary
 from slalom.sim.run.states import RobotStates, Sensing, sensing_of
@@ -104,16 +103,3 @@ def test_a_forecast_that_is_not_linear_is_no_table():
 
     assert linear_forecast(Stopping(), 30.0) is None
     assert linear_forecast(Curved(), 30.0) is None
-
-
-def test_robots_with_a_forecast_that_is_no_table_run_too():
-    class Curved:
-        includes_future = False
-
-        def __call__(self, trajectory, now):
-            position, velocity = trajectory.position(now), trajectory.velocity(now)
-            return Stationary(position + velocity * np.linalg.norm(velocity))
-
-    scenario = build("circle", {"robots": 2, "duration": 3.0})
-    recording = simulate(scenario, replace(OBSERVED, robot_forecast=Curved()))
-    assert len(recording.accelerations) == 30

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slalom import AvoidingCrowd, BoundedError, Calibration, InvalidInput, Reciprocity, State, Tracks
+from slalom import AvoidingCrowd, BoundedError, Tracks
 
 PERIOD = 0.25
 
@@ -139,16 +139,3 @@ def test_scales_follow_the_errors_that_were_observed() -> None:
         places = places + PERIOD * velocities
     crowd.predict(Tracks([places[0], [9.0, 9.0]], [velocities[0], [1.0, 0.0]], 0.3, 100.0, ids=["a", "new"]))
     assert crowd.scales["new"] > 2.0 * crowd.scales["a"]
-
-
-@pytest.mark.parametrize("ids", [("a", "a"), (1, "1")])
-def test_ids_that_are_equal_are_refused(ids: tuple[object, object]) -> None:
-    """Two tracks of one id would pass for one agent that jumps, and two of one name have one scale."""
-    tracks = Tracks([[0.0, 0.0], [5.0, 5.0]], [[1.0, 0.0], [0.0, 1.0]], 0.3, ids=ids)
-    for use in (
-        AvoidingCrowd(0.25).predict,
-        Calibration().observe,
-        lambda observed: Reciprocity(0.3).update(State([2.0, 2.0], [0.0, 0.0]), observed),
-    ):
-        with pytest.raises(InvalidInput, match=f"tracks.ids: expected different ones, .* found {ids[1]} twice"):
-            use(tracks)

@@ -64,15 +64,6 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, text: str, message: str) -
         read(tmp_path, text)
 
 
-def test_all_mistakes_are_named(tmp_path: Path) -> None:
-    with pytest.raises(InvalidFile) as caught:
-        read(tmp_path, HEADER + ROWS.replace("0.8", "0").replace("0.5\n", "nan\n"))
-    assert [mistake.rsplit("cases.csv:", 1)[1] for mistake in caught.value.mistakes] == [
-        "2: pref_speed: expected a number above 0, found 0",
-        "3: radius: expected a number, found 'nan'",
-    ]
-
-
 def test_a_scenario_is_the_case(tmp_path: Path) -> None:
     case = read(tmp_path, HEADER + ROWS)[1]
     scenario = cadrl(case, 3.0)

@@ -19,13 +19,12 @@ import shapely
 import shapely.affinity
 from draws import examples
 from hypothesis import given, strategies as st
-from recording_formats import RECORDED, SAMPLES, WALK, Row, geocentric, recorded, write_database
+from recording_formats import RECORDED, SAMPLES, WALK, Row, geocentric, recorded
 
 from slalom import ConstantVelocity, InvalidFile, InvalidInput, Sampled
 from slalom.io.formats import FORMATS, format_of, read_recording, write_recording
 from slalom.io.layout import project
 from slalom.io.recorded import Agent, RecordedTracks, tracks_at
-from slalom.io.table import sample_data
 from slalom.sim.files.recorded_traffic import read_recorded
 
 ALL = pytest.mark.parametrize("name", FORMATS)
@@ -227,15 +226,6 @@ def test_files_that_cannot_be_read(name: str, tmp_path: Path) -> None:
     for other in ("empty", "binary"):
         with pytest.raises(InvalidFile, match=": expected "):
             read_recording(tmp_path / other, name)
-
-
-@ALL
-def test_settings_of_another_format_are_refused(name: str, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=f"{name}: expected settings .*, found colour"):
-        read_recording(sample_data("roundabout_ring_11.csv"), name, colour="red")
-    for setting in ({"gap": 0.0}, {"max_speed": -1.0}, {"interpolation": "cubic"}):
-        with pytest.raises(InvalidInput, match=f"{next(iter(setting))}: expected "):
-            read(tmp_path, name, WALK, **setting)
 
 
 DAMAGE = (
@@ -470,13 +460,6 @@ def test_obsmat(tmp_path: Path) -> None:
     np.testing.assert_array_equal(track.positions, [(k / 4, 8 - k) for k in range(4)])
 
 
-def test_frames_at_an_unknown_rate_are_refused(tmp_path: Path) -> None:
-    path = text(tmp_path, "a.txt", "0 1 0 0\n3 1 1 0\n6 1 2 0\n")
-    with pytest.raises(InvalidFile, match="expected frames 10 or 6 apart, or a frame_rate, found 3 apart"):
-        read_recording(path)
-    np.testing.assert_array_equal(read_recording(path, frame_rate=30).agents["1"].trajectory.times, [0, 0.1, 0.2])
-
-
 def test_trajnet_rates_and_predictions(tmp_path: Path) -> None:
     rows = [{"track": {"f": 6 * k, "p": 1, "x": float(k), "y": 0.0}} for k in range(4)]
     guess = {"track": {"f": 18, "p": 1, "x": 9.0, "y": 9.0, "prediction_number": 0, "scene_id": 0}}
@@ -523,13 +506,6 @@ def test_units_and_rates_of_pedpy(tmp_path: Path) -> None:
     ):
         with pytest.raises(InvalidFile, match=message):
             place(head, **settings_given)
-
-
-@pytest.mark.parametrize("said", [[], [("fps", "0")], [("fps", 25), ("version", "3")], [("fps", "fast")]])
-def test_databases_that_say_something_else(said: list, tmp_path: Path) -> None:
-    write_database(tmp_path / "a.sqlite", WALK, said)
-    with pytest.raises(InvalidFile, match="metadata: expected version 1 or 2 and fps above 0, found "):
-        read_recording(tmp_path / "a.sqlite")
 
 
 def test_reading_makes_no_database(tmp_path: Path) -> None:

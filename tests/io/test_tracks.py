@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slalom import InvalidFile
 from slalom.io.formats import read_recording
 from slalom.io.table import sample_data
 
@@ -26,16 +25,6 @@ def read(folder: Path, content: str | bytes, **settings):
     return {int(label): agent.trajectory for label, agent in read_recording(path, **settings).agents.items()}
 
 
-def mistakes(folder: Path, content: str | bytes) -> list[str]:
-    """What is wrong with a file of this content, without its folder."""
-    with pytest.raises(InvalidFile) as caught:
-        read(folder, content)
-    prefix = f"{folder / 'tracks.csv'}:"
-    assert caught.value.mistakes
-    assert all(line.startswith(prefix) for line in caught.value.mistakes), caught.value.mistakes
-    return [line[len(prefix) :] for line in caught.value.mistakes]
-
-
 def test_tracks_by_id(tmp_path: Path) -> None:
     tracks = read(tmp_path, TWO)
     assert list(tracks) == [-2, 3]
@@ -44,18 +33,6 @@ def test_tracks_by_id(tmp_path: Path) -> None:
     np.testing.assert_array_equal(tracks[-2].positions, [[5, 5], [5, 4]])
     assert tracks[3].interpolation == "smooth"
     assert read(tmp_path, TWO, interpolation="linear")[3].interpolation == "linear"
-
-
-def test_rows_may_come_in_any_order(tmp_path: Path) -> None:
-    head, *rows = TWO.splitlines()
-    ordered = read(tmp_path, TWO)
-    for seed in range(5):
-        shuffled = np.random.default_rng(seed).permutation(rows)
-        tracks = read(tmp_path, "\n".join([head, *shuffled]))
-        assert list(tracks) == list(ordered)
-        for agent, track in tracks.items():
-            assert track.times.tobytes() == ordered[agent].times.tobytes()
-            assert track.positions.tobytes() == ordered[agent].positions.tobytes()
 
 
 @pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
@@ -89,13 +66,6 @@ def test_numbers_in_any_notation(tmp_path: Path) -> None:
 
 def test_blank_lines_are_skipped(tmp_path: Path) -> None:
     assert list(read(tmp_path, TWO.replace("0.5,3", "\n0.5,3") + "\n\n")) == [-2, 3]
-
-
-def test_many_mistakes_are_counted(tmp_path: Path) -> None:
-    """Ten are shown."""
-    found = mistakes(tmp_path, "t,id,x,y\n" + "0,1,?,0\n" * 25)
-    assert len(found) == 11
-    assert found[-1] == " and 15 more"
 
 
 def test_sample_data_is_read() -> None:

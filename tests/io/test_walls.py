@@ -12,7 +12,6 @@ from recording_formats import RECORDED
 from wall_files import MOVINGAI, SVG, blocks, collections, dxf, features, insert, svg, written
 
 from slalom import METHODS, InvalidFile, Polyline, Stationary, read_walls
-from slalom.base.errors import MissingExtra
 from slalom.obstacle.pieces import outline_parts
 from slalom.sim import simulate
 from slalom.sim.files.scenario_yaml import files_of, read_scenario
@@ -198,12 +197,6 @@ def test_collections_of_collections_are_walls(tmp_path: Path) -> None:
     assert len(lines(written(tmp_path, "a.dxf", blocks({"A": insert("B0", 10)}, insert("A", 10))))) == 10_000
 
 
-def test_drawings_name_the_extra_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "ezdxf", None)
-    with pytest.raises(MissingExtra, match=r"read_walls: .*slalom\[walls\]"):
-        read_walls(written(tmp_path, "a.dxf", dxf()), 1.0)
-
-
 def test_a_scenario_names_a_file_of_walls(tmp_path: Path) -> None:
     written(tmp_path, "hall.wkt", "MULTILINESTRING ((2500 200, 3500 200), (2500 -100, 3500 -100))")
     path = written(tmp_path, "a.yaml", f"walls: hall.wkt\nwalls_unit: cm\n{ROBOTS}")
@@ -230,13 +223,6 @@ def test_mistakes_in_walls_are_those_of_the_file(keys: str, mistakes: list[str],
     with pytest.raises(InvalidFile) as caught:
         read_scenario(written(tmp_path, "a.yaml", keys + ROBOTS))
     assert [mistake in line for mistake, line in zip(mistakes, caught.value.mistakes, strict=True)] == [True]
-
-
-def test_walls_in_space_are_refused(tmp_path: Path) -> None:
-    written(tmp_path, "hall.wkt", HALL)
-    robot = "robot: {radius: 0.3, max_speed: 1, max_acceleration: 1, position: [0, 0, 0], goal: {position: [9, 0, 0]}}"
-    with pytest.raises(InvalidFile, match=r"a\.yaml:1:8: walls: expected none in space"):
-        read_scenario(written(tmp_path, "a.yaml", f"walls: hall.wkt\n{robot}"))
 
 
 def test_pictures_show_walls_where_they_are(tmp_path: Path) -> None:

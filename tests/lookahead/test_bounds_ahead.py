@@ -18,7 +18,6 @@ from slalom import (
     BoundedError,
     Box,
     ConstantVelocity,
-    ConvexPolygon,
     Decision,
     Disc,
     ExpectedLoss,
@@ -226,25 +225,6 @@ def test_an_aircraft_passes_a_slower_one_as_without_looking_ahead(place: tuple[f
     goal = Goal(Stationary((1500.0, 0.0)), 20.0)
     plain, ahead = (arrival(robot, State((0.0, 0.0), (22.0, 0.0)), [slower], goal) for robot in robots)
     assert ahead <= plain + 1.0 < np.inf
-
-
-@pytest.mark.parametrize(
-    "limits",
-    [
-        Limits(3.0, 1.0, bounds=(TurningRadius(1.0), HeadingCone(1.0))),
-        Limits(3.0, 1.0, bounds=(HeadingCone(1.0),)),
-        Limits(3.0, 1.0, bounds=(Friction(0.5, 1.0, 0.7),)),
-        Limits(3.0, 1.0, bounds=(Box((0.6, 0.4)),)),
-        Limits(3.0, 1.0, bounds=(ConvexPolygon(((0.5, 0), (0, 0.7), (-1, 0), (0, -0.7)), "body"),)),
-    ],
-    ids=str,
-)
-def test_a_robot_with_bounds_leaves_a_pocket(limits: Limits) -> None:
-    """In which the same robot stays without looking ahead."""
-    plain, ahead = both(limits)
-    begin, goal = State((0.0, 0.0), (0.5, 0.0)), Goal(Stationary((14.0, 0.0)), 0.5)
-    assert arrival(plain, begin, [POCKET], goal) == np.inf
-    assert arrival(ahead, begin, [POCKET], goal) < 30.0
 
 
 def test_an_aircraft_in_a_closed_hall_begins_to_turn() -> None:

@@ -11,7 +11,7 @@ import pytest
 from draws import draws
 from galleries import FLEETS, WITH_PYRVO, gallery_run
 from hypothesis import given, strategies as st
-from journeys import Decided, Journey, driven, journey, least_gap, motion_of, steps_of
+from journeys import Decided, Journey, driven, journey, least_gap, motion_of
 from motion import drive
 from parts import disc_or_ball
 from strategies import dimensions, numbers, states, vectors
@@ -46,7 +46,6 @@ from slalom.obstacle.pieces import UNCERTAINTY_PIECES
 from slalom.sim import Recording, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.measure.closest_approach import METRIC, closest_approaches
-from slalom.sim.run.recorded import decision_at
 
 ROUNDING = 1e-9
 PERIOD = 0.1
@@ -432,38 +431,6 @@ def test_it_crosses_every_scenario_and_keeps_the_margin(name: str) -> None:
     assert recording.arrived[0] <= gallery_run(name, "nao", 0).arrived[0] + 1.0
 
 
-SEEDS = 12
-
-
-@pytest.mark.parametrize(
-    "name", draws([name for name in ALONE if name not in ("empty", "head_on", "recorded_roundabout")], 0)
-)
-def test_it_is_not_later_than_without_looking_ahead(name: str) -> None:
-    """Over many seeds every run arrives without overlap; on average not later by two decisions, and none much later.
-
-    (Without looking ahead a robot chooses among all controls; where that is all it takes it may be a decision sooner.)
-    """
-    both = [[gallery_run(name, method_name, seed) for seed in range(SEEDS)] for method_name in ("nao", "nao_ahead")]
-    plain, ahead = (np.array([recording.arrived[0] for recording in row]) for row in both)
-    assert np.all(np.isfinite(ahead))
-    assert all(clear(recording, 0.05) for recording in both[1])
-    assert ahead.mean() < plain.mean() + 2.0 * 0.1
-    assert np.all(ahead <= plain + 2.5)
-
-
-def test_a_recorded_run_can_be_decided_again() -> None:
-    """Twice the same bits; and from its states the same decisions."""
-    scenario, looking = build("roundabout_crossing", seed=3), METHODS["nao_ahead"]
-    one, other = (simulate(scenario, looking, seed=3) for _ in range(2))
-    for what in ("positions", "velocities", "accelerations", "controls"):
-        np.testing.assert_array_equal(getattr(one, what), getattr(other, what))
-    assert (one.outcomes, one.responses) == (other.outcomes, other.responses)
-    for step in (0, 1, len(one.outcomes) // 2, len(one.outcomes) - 1):
-        decision = decision_at(one, scenario, looking, step)
-        np.testing.assert_array_equal(decision.manoeuvre.control, one.controls[step, 0])
-        assert decision.outcome.name == one.outcomes[step][0]
-
-
 # Budgets, deadlines.
 
 
@@ -511,33 +478,6 @@ def test_a_small_budget_ends_a_search_and_not_the_journey() -> None:
 
 
 WALLS = pocket()
-
-
-@cache
-def times_taken(budget: float) -> np.ndarray:
-    """How long robots take to their goals [s], at most as long as they are looked at, with a budget."""
-    journeys = [journey(seed, d) for d in (2, 3) for seed in range(2000, 2040)]
-    return np.array([j.period * sum(1 for _ in steps_of(j, LONG, j.decider(budget=budget))) for j in journeys])
-
-
-LONG = 120
-"""[1] Steps of a long journey."""
-
-
-@pytest.mark.draw(1)
-def test_more_work_is_not_in_vain() -> None:
-    """On average robots that may search longer arrive earlier."""
-    little, usual, much = (times_taken(budget).mean() for budget in (20.0, 2000.0, 50_000.0))
-    assert little > usual > much - 0.05
-
-
-@quick
-def test_work_is_counted_and_not_measured(first: int) -> None:
-    """The same journey twice: the same bits, whatever else the machine does."""
-    for k in range(0, BATCH, 3):
-        j = journey(first + k, 2)
-        for one, other in zip(driven(j, 3), driven(journey(first + k, 2), 3), strict=True):
-            assert told(one.decision) == told(other.decision)
 
 
 def test_no_clock_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -620,21 +560,6 @@ def test_a_plan_is_kept_until_one_is_better_by_the_patience(d: int, first: int) 
                 assert after.decision.outcome in (Outcome.BEGUN, Outcome.CONSTRAINED, Outcome.SQUEEZED)
 
 
-def test_one_table_serves_a_whole_run() -> None:
-    """Also for obstacles that are known only once they are present."""
-    for name in ("nao_ahead", "nao_ahead@present"):
-        scenario = build("recorded_roundabout")
-        robot, state, decision = scenario.decider(method(name)), scenario.robot.state, None
-        tables = []
-        for k in range(60):
-            now = scenario.start + k * scenario.dt
-            decision = robot.decide(state, scenario.obstacles, scenario.robot.goal, now=now, previous=decision)
-            assert isinstance(decision, SequenceDecision)
-            tables.append(decision.search.obstacles)
-            state = drive(state, decision.manoeuvre.mean_acceleration(now, scenario.dt), scenario.dt)
-        assert all(table is tables[0] for table in tables)
-
-
 def crossing(start: float, reach: float = 1.0) -> Obstacle:
     """An obstacle that appears at a time and stands in the way of the robot soon after."""
     return Obstacle(Disc(reach), Sampled([start, start + 30.0], [(6.0, 0.1), (6.5, 0.0)]), "late", after_end="leaves")
@@ -668,32 +593,6 @@ def decisions(
         decision = robot.decide(state, obstacles, goal, now=PERIOD * k, previous=decision)
         yield decision
         state = drive(state, decision.manoeuvre.mean_acceleration(PERIOD * k, PERIOD), PERIOD)
-
-
-@pytest.mark.parametrize("first", draws(range(3000, 3040, 10)))
-def test_on_journeys_an_obstacle_that_appears_later_changes_nothing_before(first: int) -> None:
-    """Among many others, in the same bits."""
-    for number in range(first, first + 10):
-        j = journey(number, 2)
-        stay = Sampled([j.start + 1.0, j.start + 40.0], [j.goal.trajectory.initial_position] * 2)
-        late = Obstacle(Disc(0.7), stay, "late")
-        seeing = replace(j.decider().navigator, method=METHODS["nao_ahead"].with_foresight("present"))
-        robot = replace(j.decider(), navigator=seeing)
-        for k, (one, other) in enumerate(both_driven(robot, j, (*j.obstacles, late), 5)):
-            assert told(one) == told(other) or k * j.period >= 1.0
-
-
-def both_driven(
-    robot: LookAhead, j: Journey, others: Sequence[Obstacle], steps: int
-) -> Iterator[tuple[Decision, Decision]]:
-    """Decisions in two worlds, the robot driving on as in the first."""
-    state, one, other = j.state, None, None
-    for k in range(steps):
-        now = j.start + k * j.period
-        one = robot.decide(state, j.obstacles, j.goal, now=now, previous=one)
-        other = robot.decide(state, others, j.goal, now=now, previous=other)
-        yield one, other
-        state = drive(state, one.manoeuvre.mean_acceleration(now, j.period), j.period)
 
 
 @pytest.mark.parametrize("foresight", draws(["observed", *sorted({*FORESIGHTS} - {"observed"})], 2))
@@ -748,14 +647,6 @@ def test_a_robot_off_its_course_plans_anew(off: float, kept: bool) -> None:
     assert (second.manoeuvre is first.manoeuvre) == kept
     off_course = np.abs(second.manoeuvre.position(PERIOD) - there.position).max()
     assert off_course <= (off if kept else 0.0) + ROUNDING
-
-
-def test_the_arrival_is_kept_when_the_plan_is() -> None:
-    robot, goal = look_ahead(), Goal(Stationary((20.0, 0.0)), 0.5, stop=True)
-    found = list(decisions(robot, REST, [rock()], goal, 40))
-    assert all(b.arrival <= a.arrival for a, b in pairwise(found))
-    assert found[0].outcome is not Outcome.KEPT
-    assert sum(decision.outcome is Outcome.KEPT for decision in found) > 30
 
 
 # Where there is nothing to go on with.

@@ -91,14 +91,6 @@ def test_fleets(name: str, given: str) -> None:
     np.testing.assert_array_equal(step(person(5.0, "leaves")), step())
 
 
-def test_a_table_that_looks_ahead_is_refused_when_it_ends() -> None:
-    """Also where the table of an earlier decision would serve."""
-    robot, obstacles = decider("nao_ahead", ""), ObstacleTable([person(5.0)])
-    first = robot.decide(State((0.0, 0.0), (0.5, 0.0)), obstacles, GOAL, now=4.9)
-    with pytest.raises(InvalidInput, match=r"known at 5.2 s"):
-        robot.decide(first.manoeuvre.advance(0.3), obstacles, GOAL, now=5.2, previous=first)
-
-
 MOVING: dict[str, Callable[[], object]] = {
     "sampled": lambda: Sampled([0.0, 1.0, 2.0], [(0.0, 0.0), (1.0, 0.5), (2.0, 1.5)]),
     "piecewise_polynomial": lambda: PiecewisePolynomial([2.0], [[(0.0, 0.0), (1.0, 0.2), (0.1, 0.3)]]),

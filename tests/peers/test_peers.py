@@ -229,19 +229,6 @@ def test_walls_are_not_run_into(name, wall):
     assert metrics.min_clearance(run) >= -2e-3
 
 
-@pytest.mark.draw(3)
-def test_the_ring_of_fifty():
-    """What others measured of RVO2 with a clamp at 2 m/s^2 and 30 % larger robots: no collision; without them, many."""
-    run, bare = (
-        metrics.summary(simulate(build("ring", {"robots": 50, "margin": 0.0}, seed=1), peer(name)))
-        for name in ("orca_inflated", "orca")
-    )
-    assert run["arrived"] == bare["arrived"] == 50
-    assert run["collisions"] == 0
-    assert run["time"] < 90.0
-    assert bare["collisions"] > 10
-
-
 CHANGED = {
     "orca_limited": {"horizon": 2.0, "neighbours": 3},
     "hrvo": {"time_horizon": 2.0, "max_neighbors": 2},
@@ -275,29 +262,9 @@ def test_a_time_horizon_of_navground_is_that_of_its_orca_too():
     assert (crowd.keywords["time_horizon"], crowd.keywords["settings"]["time_horizon"]) == (3.0, 3.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("orca:speed=3", "parameter of orca: expected one of neighbours, horizon, wall_horizon; found 'speed'"),
-        ("orca:horizon", "method: expected orca:PARAMETER=VALUE with a number, found 'horizon'"),
-        ("orca:horizon=far", "method: expected orca:PARAMETER=VALUE with a number, found 'horizon=far'"),
-        ("orca:", "method: expected orca:PARAMETER=VALUE with a number, found ''"),
-        ("orca:neighbours=2.5", "neighbours: expected a whole number"),
-        ("orca:neighbours=inf", "neighbours: expected"),
-        ("mppi:temperature=-1", "temperature: expected"),
-        ("nao:horizon=3", "method: expected nao alone, whose settings are of the scenario; found 'nao:horizon=3'"),
-        ("orca:horizon=3@observed", "method: expected orca alone, which observes the present only"),
-    ],
-)
-def test_parameters_that_are_refused(name, message):
-    with pytest.raises(InvalidInput, match=f"^{re.escape(message)}"):
-        contender(name)
-
-
 # Paths.
 
 AROUND = PathGoal([(0, 0), (0, 4), (8, 4), (8, 0)], [1.5, 1.5, 0.8, 0.8], 0.3)
-BARRIER = Obstacle(Polyline([(4, -3), (4, 3)], 0.05), Stationary((0, 0)), "wall")
 
 
 def on_path(goal: PathGoal = AROUND, *obstacles: Obstacle) -> Scenario:
@@ -318,14 +285,6 @@ def test_a_path_is_followed_at_its_speeds(name):
     speeds, (x, y) = np.linalg.norm(run.velocities[:, 0], axis=1), run.positions[:, 0].T
     assert speeds[(x > 7.0) & (y < 3.5)].max() <= 0.81
     assert speeds.max() > 1.2
-
-
-@pytest.mark.parametrize("name", [name for name in PEERS if PEERS[name].walls])
-def test_a_path_leads_around_a_wall(name):
-    """The straight way to its end is closed."""
-    run = simulate(on_path(AROUND, BARRIER), peer(name))
-    assert np.isfinite(run.arrived[0])
-    assert metrics.min_clearance(run) > 0.0
 
 
 def test_the_target_on_a_path_is_that_of_its_step():
@@ -426,12 +385,6 @@ def test_robots_that_pass_their_goals_leave_the_scene():
     assert orca.arrived[1] == pytest.approx(run.arrived[1], abs=0.5)
 
 
-def test_recordings_of_peers_are_saved(tmp_path):
-    run = simulate(crowd_of(), peer("hl"))
-    run.save(tmp_path / "run.h5")
-    assert Recording.load(tmp_path / "run.h5").digest() == run.digest()
-
-
 # Obstacles as they are seen.
 
 
@@ -502,17 +455,3 @@ def test_a_robot_alone_gets_its_wish_from_the_first_step_on(kind, angle):
     chosen = crowd.choose(np.zeros((1, 2)), np.zeros((1, 2)), preferred, NO_DISCS)[0]
     assert chosen @ preferred[0] > 0.0
     assert chosen[0] * preferred[0, 1] - chosen[1] * preferred[0, 0] == pytest.approx(0.0, abs=1e-5)
-
-
-def test_peers_on_the_command_line(capsys, tmp_path):
-    peer("orca")
-    assert call(["run", "circle", "--method", "orca", "--set", "robots=2", "--json"]) == DONE
-    assert '"method": "orca"' in capsys.readouterr().out
-    picture = tmp_path / "a.svg"
-    assert call(["run", "head_on", "--method", "orca_limited", "--figure", str(picture)]) == DONE
-    assert picture.is_file()
-    assert "chosen" in capsys.readouterr().out
-    assert call(["compare", "circle", "--methods", "orca,orca_limited,vo", "--seeds", "1", "--set", "duration=1"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == ["method", "orca", "orca_limited", "vo"]
-    assert len({len(line) for line in lines[1:]}) == 1

@@ -125,22 +125,6 @@ def test_shares_stay_with_their_tracks():
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("pyrvo") is None, reason="needs pyrvo")
 @pytest.mark.parametrize("seeds", draws([range(k, k + 4) for k in range(0, 20, 4)]))
-def test_among_agents_that_yield_a_robot_is_not_slower_than_they(benchmark, seeds):
-    """In circle_random, by the mean arrival, and it never moves into contact."""
-    arrivals = []
-    for seed in seeds:
-        scenario = gallery.build("circle_random", benchmark.SETTINGS["circle_random"], seed=seed)
-        both = [benchmark.run(scenario, kind, yields=True) for kind in ("orca", "estimate")]
-        assert both[1].speed == 0.0
-        assert both[1].clearance >= 0.0
-        arrivals.append([one.arrival for one in both])
-    orca, own = np.mean(arrivals, axis=0)
-    assert own <= orca
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(find_spec("pyrvo") is None, reason="needs pyrvo")
-@pytest.mark.parametrize("seeds", draws([range(k, k + 4) for k in range(0, 20, 4)]))
 def test_among_agents_that_never_yield_the_estimate_costs_no_collision(benchmark, seeds):
     """In circle_random, where a robot that relies on half of the avoidance collides."""
     speeds = []

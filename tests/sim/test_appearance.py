@@ -14,14 +14,12 @@ from slalom import (
     ConstantVelocity,
     Disc,
     Goal,
-    InvalidFile,
     Limits,
     Obstacle,
     Polyline,
     Rectangle,
     State,
     Stationary,
-    method,
 )
 from slalom.cli.report import run_text
 from slalom.live.messages import Scene, unpack
@@ -351,44 +349,9 @@ flows:
     assert (result["arrived"], result["collisions"]) == (19, 0)
 
 
-@pytest.mark.parametrize(
-    ("flow", "mistake"),
-    [
-        (f"{{origin: west, destination: south, count: 3, {BODY}}}", r"flows\.0\.destination: expected one of the"),
-        (f"{{origin: west, destination: east, {BODY}}}", r"rate: expected either this key or count, found neither"),
-        (f"{{origin: west, destination: east, count: 1, rate: 1, {BODY}}}", "this key or count, found both"),
-        (f"{{origin: west, destination: east, rate: 1, {BODY}}}", r"rate: expected a range of appears in which one"),
-        (f"{{origin: west, destination: east, count: 99, {BODY}}}", r"areas\.west: origin: expected space for 99"),
-        (f"{{table: od.csv, {BODY}}}", r"od\.csv:2: count: expected a number from 0, found -1"),
-        (f"{{table: people.csv, {BODY}}}", r"flows\.0\.table: expected one of the areas .*, found 'a'"),
-        (f"{{origin: west, destination: east, count: 1, appears: 1, {BODY}}}", r"appears: expected at least start = 2"),
-    ],
-)
-def test_mistakes_of_flows_are_those_of_the_file(flow: str, mistake: str, tmp_path: Path) -> None:
-    written(tmp_path, "od.csv", "origin,destination,count\nwest,east,-1\n")
-    written(tmp_path, "people.csv", "origin,destination,count\na,east,1\n")
-    with pytest.raises(InvalidFile, match=mistake):
-        read_scenario(written(tmp_path, "a.yaml", f"start: 2\n{AREAS}flows:\n- {flow}\n"))
-
-
 def test_the_example_of_the_page_runs(tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs" / "library.md").read_text()
     (content,) = re.findall(r"```yaml\n(areas:.*?)```", page, re.DOTALL)
     scenario = read_scenario(written(tmp_path, "flows.yaml", content))
     found = metrics.summary(simulate(scenario, "nao_shared"))
     assert (found["robots"], found["arrived"], found["collisions"]) == (25, 25, 0)
-
-
-def test_a_crowd_of_late_robots_with_routes_arrives(tmp_path: Path) -> None:
-    """Through a door, from a room into the other."""
-    pytest.importorskip("shapely")
-    written(tmp_path, "hall.wkt", "MULTILINESTRING ((0 -6, 0 -0.7), (0 0.7, 0 6))")
-    flows = [("west", "east"), ("east", "west")]
-    lines = [
-        f"- {{origin: {a}, destination: {b}, rate: 0.5, {BODY}, goal: {{route: true}}, appears: {{first: 0, last: 9}}}}"
-        for a, b in flows
-    ]
-    content = "walls: hall.wkt\nduration: 60\n" + AREAS + "flows:\n" + "\n".join(lines) + "\n"
-    run = simulate(read_scenario(written(tmp_path, "a.yaml", content)), method("nao_shared"))
-    found = metrics.summary(run)
-    assert (found["robots"], found["arrived"], found["collisions"]) == (8, 8, 0)

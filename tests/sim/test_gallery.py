@@ -358,13 +358,3 @@ def test_recorded_cars_are_the_recording():
     assert len(cars) == 30
     assert all(car.trajectory.span == (0.0, 119.9) for car in cars)
     assert np.allclose(cars[0].trajectory.position(0.0), (-41.938, 11.278))
-
-
-@pytest.mark.parametrize("chunk", draws(range(25)))
-def test_the_corridor_is_crossed_without_a_collision(chunk):
-    """Among walls, a doorway and six people that do not give way: a hundred seeds, four at a time."""
-    for seed in range(4 * chunk, 4 * chunk + 4):
-        row = metrics.summary(simulate(gallery.build("corridor", seed=seed), slalom.METHODS["nao"], seed=seed))
-        assert row["collisions"] == 0, row
-        assert row["min_clearance"] >= 0.0, row
-        assert row["arrived"] == 1, row

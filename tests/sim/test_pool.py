@@ -1,13 +1,11 @@
 """Work in processes that are killed: finished results stay, the rest is done, repeated killers are named."""
 
-import sys
 from pathlib import Path
 
 import pytest
 from joblib import Parallel, parallel_config
 from killers import Job, begun, kept, recalled, work
 
-from slalom import InvalidInput
 from slalom.sim.sweep import pool
 from slalom.sim.sweep.case import Failure
 from slalom.sim.sweep.pool import KILLS, map_surviving_kills, working_with
@@ -104,27 +102,6 @@ def test_what_joblib_is_set_to_is_used(tmp_path: Path) -> None:
     items = jobs(tmp_path, 3)
     with parallel_config(backend="threading"), working_with(None):
         assert dict(map_surviving_kills(work, items, jobs=2, recall=nothing)) == {name: 2 * name for name in items}
-
-
-@pytest.mark.parametrize(
-    ("backend", "message"),
-    [
-        ("fast", r"expected loky, .*; found 'fast': Invalid backend: fast, expected one of"),
-        ("multiprocessing", r"expected one that reports killed processes, found 'multiprocessing'"),
-    ],
-)
-def test_unknown_backends_are_refused(backend: str, message: str) -> None:
-    with pytest.raises(InvalidInput, match=message), working_with(backend):
-        pytest.fail("there is no such backend")
-
-
-@pytest.mark.parametrize(("backend", "package"), [("dask", "distributed"), ("ray", "ray")])
-def test_a_backend_that_is_not_installed_is_named(backend: str, package: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (package, f"{package}.util", f"{package}.util.joblib"):
-        monkeypatch.setitem(sys.modules, module, None)
-    message = rf"dask or ray where they are installed; found '{backend}': .*{package}"
-    with pytest.raises(InvalidInput, match=message), working_with(backend):
-        pytest.fail("it is not installed")
 
 
 def test_what_is_raised_inside_is_left_as_it_is() -> None:

@@ -330,16 +330,6 @@ def test_a_damaged_file_is_refused(what: str, saved: tuple[Recording, Path], tmp
     assert len(caught.value.mistakes) == 1
 
 
-def test_a_file_that_is_no_recording_is_refused(saved: tuple[Recording, Path], tmp_path: Path) -> None:
-    """Text, half a file, nothing, a folder, no file."""
-    (tmp_path / "text.h5").write_text("t,id,x,y\n")
-    (tmp_path / "half.h5").write_bytes(saved[1].read_bytes()[:2000])
-    (tmp_path / "empty.h5").write_bytes(b"")
-    for name in ("text.h5", "half.h5", "empty.h5", ".", "none.h5"):
-        with pytest.raises(InvalidFile, match=r"expected an? .*HDF5 recording, found "):
-            Recording.load(tmp_path / name)
-
-
 def test_a_trajectory_of_another_kind_is_saved_as_its_pieces(saved: tuple[Recording, Path], tmp_path: Path) -> None:
     """Anything may be a trajectory, a manoeuvre for example; what is not plain numbers is written within its error."""
     d = saved[0].dimension

@@ -156,25 +156,6 @@ def test_mistakes_in_bounds(tmp_path: Path) -> None:
     )
 
 
-def test_bounds_that_do_not_fit_the_robot(tmp_path: Path) -> None:
-    check(
-        tmp_path,
-        BLOCK.format("[0, 0, 0]", "[20, 0, 0]")
-        + """\
-  bounds:
-    - {kind: friction, forward: 1, braking: 1, lateral: 1}
-    - @{kind: box, half_widths: [1, 1]}
-    - @{kind: box, half_widths: [1, 1, 1], frame: body}
-    - @{kind: convex_polygon, corners: [[1, 0], [0, 1], [-1, -1]]}
-    - @{kind: least_speed, least: 1, heading: [1, 0]}
-""",
-        "robot.bounds.1: half_widths: expected 3 numbers, found [1, 1] of shape (2,)",
-        "robot.bounds.2: frame: expected 'world' for a robot in space, whose sides are all alike, found 'body'",
-        "robot.bounds.3: corners: expected a robot in the plane, found one of dimension 3",
-        "robot.bounds.4: heading: expected 3 numbers, found [1, 0] of shape (2,)",
-    )
-
-
 def test_the_least_that_a_file_says(tmp_path: Path) -> None:
     """Everything else is as in `Scenario`; a robot without a velocity is at rest; the name is that of the file."""
     scenario = read_scenario(write(tmp_path, ROBOT, "plain.yml"))
@@ -334,46 +315,6 @@ replan: @0.25
         "obstacles.5.trajectory: times: expected at least two samples, found 1",
         "replan: expected a multiple of dt = 0.1 s, found 0.25 s",
     )
-
-
-def test_mistakes_of_every_sort_come_at_once(tmp_path: Path) -> None:
-    """One round is enough: a negative radius does not hide that the times of another obstacle go backwards."""
-    found = mistakes(
-        tmp_path,
-        ROBOT
-        + """\
-obstacles:
-  - {radius: -1, trajectory: {kind: stationary, position: [9, 0]}}
-  - {radius: 1, trajectory: {kind: sampled, times: [0, 2, 1], positions: [[0, 0], [1, 0], [2, 0]]}}
-  - {radius: 1, trajectory: {kind: stationary, position: [9, 0, 0]}}
-recording: {file: none.csv, radius: 1}
-""",
-    )
-    text = "\n".join(found)
-    assert ":3:14: obstacles.0.radius: expected 0 or more, found -1" in text
-    assert "obstacles.1.trajectory: times: expected increasing times" in text
-    assert "obstacles.2.trajectory:" in text
-    assert "none.csv" in text
-    assert len(found) == 4
-
-
-def test_a_goal_of_another_dimension(tmp_path: Path) -> None:
-    """Together with an obstacle that does not fit either, one that does, and another robot."""
-    (one,) = mistakes(tmp_path, ROBOT.replace("[20, 0]", "[20, 0, 0]"))
-    assert ":1:79: robot.goal: expected dimension 2" in one
-    obstacles = "obstacles: [{{radius: 1, trajectory: {{kind: stationary, position: {}}}}}, {}]\n"
-    fits = "{radius: 1, trajectory: {kind: circular, center: [0, 9], radius: 1, speed: 1}}"
-    two = mistakes(tmp_path, ROBOT.replace("[20, 0]", "[20, 0, 0]") + obstacles.format("[9, 0, 0]", fits))
-    assert len(two) == 2
-
-
-def test_a_position_of_another_dimension(tmp_path: Path) -> None:
-    """Than all others: the position is the only mistake, not each of the others."""
-    obstacles = "obstacles: [{radius: 1, trajectory: {kind: stationary, position: [9, 0]}}]\n"
-    (one,) = mistakes(tmp_path, ROBOT.replace("[0, 0]", "[0, 0, 0]") + obstacles)
-    assert one.endswith(":1:19: robot.position: expected 2 numbers, found [0, 0, 0] of shape (3,)")
-    (one,) = mistakes(tmp_path, BLOCK.format("[0, 0]", "[20, 0, 1]") + obstacles.replace("[9, 0]", "[9, 0, 1]"))
-    assert one.endswith(":2:13: robot.position: expected 3 numbers, found [0, 0] of shape (2,)")
 
 
 def test_a_value_in_place_of_a_mapping(tmp_path: Path) -> None:
@@ -564,19 +505,6 @@ robots:
     )
 
 
-def test_groups_of_different_dimensions(tmp_path: Path) -> None:
-    """Once, at the pattern of the second group."""
-    shared = "{count: 3, radius: 1, max_speed: 2, max_acceleration: 1, "
-    one = shared + "positions: {kind: line, first: [0, 0], last: [9, 0]}, goals: {kind: displaced, by: [0, 9]}}"
-    two = shared + "name: b, positions: @{kind: line, first: [0, 0, 1], last: [0, 9, 1]}, "
-    two += "goals: {kind: displaced, by: [0, 0, 9]}}"
-    check(
-        tmp_path,
-        f"robots:\n- {one}\n- {two}\n",
-        "robots.1.positions: expected 2 numbers, found [0, 0, 1] of shape (3,)",
-    )
-
-
 @pytest.mark.parametrize(
     ("marked", "expected"),
     [
@@ -686,18 +614,6 @@ def test_what_is_no_text(content: bytes, tmp_path: Path) -> None:
 def test_strange_yaml_is_a_mistake_too(content: str, tmp_path: Path) -> None:
     """Keys that are no text, things that contain themselves, merges of nothing."""
     assert all("expected" in line or "Keys should be strings" in line for line in mistakes(tmp_path, content))
-
-
-def test_deep_nesting_is_a_mistake_too(tmp_path: Path) -> None:
-    (one,) = mistakes(tmp_path, "a: " + "[" * 5000 + "]" * 5000 + "\n")
-    assert "scenario.yaml" in one
-
-
-def test_files_that_are_not_there(tmp_path: Path) -> None:
-    for name in ("none.yaml", "."):
-        with pytest.raises(InvalidFile, match="expected a readable YAML file, found ") as caught:
-            read_scenario(tmp_path / name)
-        assert len(caught.value.mistakes) == 1
 
 
 def test_recordings_that_are_not_there_or_do_not_fit(tmp_path: Path) -> None:
@@ -852,16 +768,6 @@ def test_mistakes_in_a_recording(marked: str, tmp_path: Path) -> None:
 def test_runs_that_leave_what_is_recorded(marked: str, expected: str, tmp_path: Path) -> None:
     write(tmp_path, TRACKS, "tracks.csv")
     check(tmp_path, ROBOT + marked + "recording: {file: tracks.csv, window: [5, 50]}\n", expected)
-
-
-def test_a_recording_that_begins_after_the_run(tmp_path: Path) -> None:
-    """A run before the first recorded time would be one in an empty world."""
-    write(tmp_path, "t,id,x,y\n7,1,0,9\n9,1,1,9\n", "tracks.csv")
-    check(
-        tmp_path,
-        ROBOT + "recording: @{file: tracks.csv}\n",
-        "recording: expected a start during the recording, from 7 to before 9 s, found 0",
-    )
 
 
 def test_yaml_1_2(tmp_path: Path) -> None:

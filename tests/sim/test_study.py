@@ -2,25 +2,17 @@
 
 import io
 import json
-import multiprocessing
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from draws import draws
 from galleries import NAMES, installed, nudged
 
 from slalom import METHODS, InvalidFile, SlalomError
 from slalom.io.pedestrians import read_cases
-from slalom.peers import contender
 from slalom.sim import Row, compare, compare_all, data_frame, grid, load, metrics, read_scenario, read_study, simulate
 from slalom.sim.gallery import GALLERY, build
 from slalom.sim.gallery.fleets import cadrl
@@ -30,13 +22,6 @@ from slalom.sim.sweep.tables import csv_text, latex_text, printed
 
 SHORT = {"duration": 3.0}
 FLEETS = Path(__file__).parents[2] / "benchmarks" / "fleets.yaml"
-
-
-@pytest.mark.slow
-def test_jobs_do_not_matter() -> None:
-    """Not even to the last bit or to the order of the keys."""
-    one, two = (compare("roundabout_crossing", ["nlvo", "vo"], 2, settings=SHORT, jobs=jobs) for jobs in (1, 2))
-    assert json.dumps(one) == json.dumps(two)
 
 
 def test_the_table_is_that_of_the_single_runs() -> None:
@@ -200,15 +185,6 @@ def test_a_mistake_in_any_row_is_refused_before_anything_runs(wrong: Row) -> Non
         compare_all([Row("empty", {"duration": 0.2}, ["vo"], 1), wrong], progress=lambda k, n: pytest.fail("it ran"))
 
 
-@pytest.mark.parametrize("backend", ["threading", "loky"])
-def test_backends_do_not_matter(backend: str) -> None:
-    """Not to the last bit."""
-    one, two = (
-        compare("head_on", ["avo"], 4, settings={"duration": 0.5}, jobs=2, backend=name) for name in (None, backend)
-    )
-    assert json.dumps(one) == json.dumps(two)
-
-
 def test_a_grid_has_each_combination_once() -> None:
     assert grid({}) == [{}]
     assert grid({"margin": [0.1, 0.2], "patience": 0.5, "horizon": (1, 2, 3)}) == [
@@ -274,17 +250,6 @@ def test_settings_without_effect_change_no_run(name: str, method: str) -> None:
         assert ("sight_noise" in same) == (method == "nao_shared")
 
 
-def test_settings_without_effect_change_no_run_of_a_peer() -> None:
-    installed("orca")
-    given = {"robots": 4.0, "radius": 4.0, "duration": 1.0}
-    other = {"patience": 1.0, "guided": 0.0, "early": 1.0, "horizon": 1.0}
-    whole = drawn("circle", given)
-    assert without_effect(whole, METHODS["vo"]) != without_effect(whole, contender("orca")) == other.keys()
-    for key, value in other.items():
-        run = simulate(drawn("circle", given | {key: value}), "orca")
-        np.testing.assert_array_equal(run.positions, simulate(whole, "orca").positions, key)
-
-
 def test_tables_are_the_same_as_csv_data_frame_and_latex() -> None:
     """The frame to the bit; LaTeX cell by cell, except for columns that are the same in all rows."""
     pandas = pytest.importorskip("pandas", reason="slalom[data] is not installed: no data frame is made")
@@ -325,23 +290,6 @@ def stopping(at: int) -> Callable[[int, int], None]:
     return progress
 
 
-def killing(killed: list[int], *at: int) -> Callable[[int, int], None]:
-    """A progress that kills one of the processes after so many runs, once each, and notes after how many it was.
-
-    While kept results are taken from the store after a kill there may be no process; then it kills the next one.
-    """
-    ahead = list(at)
-
-    def progress(done: int, total: int) -> None:
-        there = multiprocessing.active_children()
-        if ahead and done >= ahead[0] and there:
-            ahead.pop(0)
-            killed.append(done)
-            os.kill(there[0].pid or 0, signal.SIGKILL)
-
-    return progress
-
-
 @pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_sweep_that_is_interrupted_goes_on(jobs: int, tmp_path: Path) -> None:
     """Twice: the same bits as at one go, and what was there is not made again.
@@ -364,38 +312,6 @@ def test_a_sweep_that_is_interrupted_goes_on(jobs: int, tmp_path: Path) -> None:
     assert json.dumps(compare_all(rows, store=tmp_path, progress=lambda k, n: seen.append((k, n)))) == whole
     assert seen[-1] == (total, total)
     assert len(seen) == total + 2 - there
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stored", draws([True, False]))
-def test_killed_processes_do_not_end_a_sweep(stored: bool, tmp_path: Path) -> None:
-    """Nor change a bit of it."""
-    settings = {"duration": 0.5}
-    whole = compare("head_on", ["avo", "vo"], 20, settings=settings)
-    store, killed = tmp_path if stored else None, list[int]()
-    swept = compare(
-        "head_on", ["avo", "vo"], 20, settings=settings, jobs=2, store=store, progress=killing(killed, 4, 21)
-    )
-    assert killed
-    assert json.dumps(swept) == json.dumps(whole)
-
-
-@pytest.mark.slow
-def test_a_sweep_whose_program_is_killed_twice_says_the_same(tmp_path: Path) -> None:
-    """SIGKILL leaves no time to tidy up. The processes of the pool may go on for a moment; they write what is right."""
-    tokens = ["compare", "empty", "head_on", "--set", "duration=0.5", "--methods", "avo,ao", "--seeds", "100", "--json"]
-    program = [sys.executable, "-m", "slalom", *tokens]
-    whole = subprocess.run(program, capture_output=True, text=True, check=True).stdout
-    stored = [*program, "--jobs", "2", "--store", str(tmp_path / "store")]
-    for enough in (100, 250):
-        with subprocess.Popen(stored, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as running:
-            while len(list(tmp_path.glob("store/*.json"))) < enough:
-                assert running.poll() is None
-                time.sleep(0.01)
-            running.kill()
-    assert len(list(tmp_path.glob("store/*.json"))) < 400
-    assert subprocess.run(stored, capture_output=True, text=True, check=True).stdout == whole
-    assert len(list(tmp_path.glob("store/*.json"))) == 400
 
 
 STUDY = """\
@@ -467,28 +383,6 @@ def test_a_study_takes_files_of_cases(study: Path) -> None:
     assert named([str(study)], seeds=1, data=folder).left_out == (three._replace(seeds=1),)
 
 
-def test_every_mistake_about_cases_is_a_line(study: Path) -> None:
-    study.with_name("two.csv").write_text(CADRL)
-    study.with_name("bad.csv").write_text(CADRL.replace("1.2", "0"))
-    study.write_text(
-        "seeds: 3\nscenarios:\n  - {scenario: two.csv}\n  - {scenario: two.csv, seeds: 4}\n"
-        "  - {scenario: two.csv, seeds: 2, settings: {people: 3}}\n  - {scenario: bad.csv}\n"
-        "  - {scenario: none.csv, methods: [worst]}\n"
-    )
-    with pytest.raises(InvalidFile) as caught:
-        read_study(study)
-    patterns = [
-        r"study\.yaml:3:5: scenarios\.0\.seeds: expected at most 2, the cases of .*two\.csv; found 3",
-        r"study\.yaml:4:32: scenarios\.1\.seeds: expected at most 2, the cases of .*two\.csv; found 4",
-        r"study\.yaml:5:45: scenarios\.2\.settings: parameter of two\.csv: expected one of .*; found 'people'",
-        r"study\.yaml:7:36: scenarios\.4\.methods\.0: expected one of vo, .*; found 'worst'",
-        r"bad\.csv:3: pref_speed: expected a number above 0, found 0",
-    ]
-    assert len(caught.value.mistakes) == len(patterns)
-    for mistake, pattern in zip(caught.value.mistakes, patterns, strict=True):
-        assert re.search(pattern, mistake), mistake
-
-
 def test_seeds_of_a_file_are_its_cases(tmp_path: Path) -> None:
     """By increasing number; the same from a process that reads the file itself, and kept apart from other settings."""
     path = tmp_path / "two.csv"
@@ -516,19 +410,6 @@ def test_names_become_rows(study: Path) -> None:
     changed = named([str(study)], settings={"margin": 0.1}, methods=["nao"], seeds=7, only=[scene]).rows
     assert changed == [Row(scene, {"margin": 0.1}, ["nao"], 7)]
     assert named([str(study)], settings={"duration": 9.0}).rows[0].settings == {"duration": 9.0}
-
-
-def test_every_mistake_of_a_study_is_a_line(study: Path) -> None:
-    study.write_text("titel: x\nseeds: 0\nmethods: []\nscenarios:\n  - {scenario: circle, settings: {robots: many}}\n")
-    with pytest.raises(InvalidFile) as caught:
-        read_study(study)
-    assert sorted(caught.value.mistakes) == [
-        f"{study}:1:1: titel: expected one of title, text, methods, seeds, metrics, scenarios; found 'titel'; "
-        "did you mean 'title'?",
-        f"{study}:2:8: seeds: expected 1 or more, found 0",
-        f"{study}:3:10: methods: expected at least 1 entries, found 0",
-        f"{study}:5:43: scenarios.0.settings.robots: expected a number, found 'many'",
-    ]
 
 
 def test_every_name_in_a_study_that_is_not_known_is_a_line(study: Path) -> None:

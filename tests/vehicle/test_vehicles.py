@@ -304,16 +304,6 @@ def test_a_drive_with_lag_delay_and_noise_arrives_without_oscillations(lag: floa
     assert np.mean(reversals) <= 0.5
 
 
-def test_the_same_input_gives_the_same_bits() -> None:
-    """Of motions along plans and along ways."""
-    for name, heading in (("drive, quick", None), ("bicycle, with lag", 1.0)):
-        robot = VehicleNavigator(VEHICLES[name], method("nao"), Rectangle(0.6, 0.4))
-        rock = Obstacle(Disc(0.4), ConstantVelocity((2.0, 0.2), (-0.2, 0.0)))
-        runs = [driven(robot, [rock], at(4.0, 0.0, heading=heading), Pose((0, 0), 0.2), 30) for _ in range(2)]
-        one, other = (np.array([pose.motion for pose in run.poses]) for run in runs)
-        assert one.tobytes() == other.tobytes()
-
-
 @pytest.mark.parametrize("kind", ["drive", "bicycle"])
 def test_a_body_keeps_its_margin(kind: str) -> None:
     """Past a person that crosses, and not by a detour."""
@@ -559,9 +549,6 @@ def test_a_path_ends_with_the_axle_at_its_end() -> None:
     drive = DRIVES["service"]
     goal = drive.goal(Pose((0, 0), 0.0), PathGoal([(0, 0), (4, 0), (4, 3)], tolerance=0.1), 0.0)
     np.testing.assert_allclose(goal.points[-1], (4.0, 3.0 + drive.lever))
-
-
-QUICK = DRIVES["quick"]
 
 
 @pytest.mark.parametrize("start", [(6.97, 1.645, 0.02), (6.94, 1.625, 0.24), (6.56, 1.64, 0.0)])
