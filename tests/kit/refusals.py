@@ -14,6 +14,7 @@ import numpy as np
 from ros_messages import OF_ADAPTERS, without_rosbags
 
 from slalom import (
+    METHODS,
     Acceleration,
     AccelerationSequence,
     AvoidingCrowd,
@@ -28,6 +29,7 @@ from slalom import (
     FollowVelocity,
     FromModels,
     Goal,
+    Jerk,
     LeastSpeed,
     Limits,
     LookAhead,
@@ -57,7 +59,7 @@ from slalom.live.session import Session
 from slalom.model.bounds import BOUNDS
 from slalom.model.trajectory import Sampled
 from slalom.peers import contender
-from slalom.sim import Recording, compare, gallery, record, simulate
+from slalom.sim import Recording, compare, gallery, load, record, simulate
 from slalom.sim.files.patterns import SwapGoals
 from slalom.sim.files.recorded_traffic import Recorded as Agents, read_recorded
 from slalom.sim.files.scenario_writer import _part, scenario_text
@@ -68,6 +70,7 @@ from slalom.vehicle.decision import PointMotion
 from slalom.vehicle.driver import _detection
 from slalom.vehicle.ways import way_among
 from slalom.view.film import DecisionFilm, Film, checked
+from slalom.view.sets import sets
 
 NAO = method("nao")
 ROBOT = Robot(Disc(0.5), Limits(4.0, 3.0), State((0, 0), (3, 0)), Goal(Stationary((20, 0)), 0.5))
@@ -121,6 +124,18 @@ def no_steps() -> Recording:
     """The run of a robot that starts at its goal."""
     at_goal = replace(ROBOT, goal=Goal(Stationary((0.0, 0.0)), 0.5))
     return simulate(replace(SCENE, robots=(at_goal,)), NAO)
+
+
+def scripted(folder: Path, source: str) -> object:
+    """The scenario of a Python file."""
+    (folder / "a.py").write_text(source)
+    return load(f"{folder}/a.py:build")
+
+
+def other_controls(_: Path) -> object:
+    """The sets of a method whose control is a jerk."""
+    with patch.dict(METHODS, {"jerky": replace(NAO, name="jerky", responses=lambda *_: (Jerk(),))}):
+        return sets(SCENE, methods=["jerky"])
 
 
 def bad_bundle(_: Path) -> object:
@@ -410,8 +425,12 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     **OF_PARTS,
     r"SlalomFleet: expected a world that does not repeat": moved_at_once,
     r"robots: expected a Fleet, Navigator, LookAhead or Driver without wheels": lambda _: record(
-        VehicleNavigator(NAO, DRIVE, DISC)
+        VehicleNavigator(DRIVE, NAO, DISC)
     ),
+    r"columns, methods: expected 1 or 2, and a method; found 3": lambda _: sets(SCENE, columns=3),
+    r"methods: expected those of velocities and accelerations, found 'jerky'": other_controls,
+    r"a\.py: build: expected an Entry, or a function of parameters and a random generator": lambda f: scripted(f, ""),
+    r"build: expected a function that returns a Scenario, found 3": lambda f: scripted(f, "build = lambda p, rng: 3"),
     r"recording: expected at least one decision, found none": lambda _: record(NAVIGATOR).recording,
     r"times: expected two or more that increase, found \[1": lambda _: Recording.from_tracks([1, 1], ROWS, 1),
     r"positions: expected numbers, found 'x'": lambda _: Recording.from_tracks([0, 1], "x", 1),

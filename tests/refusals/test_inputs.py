@@ -27,7 +27,7 @@ from matplotlib.figure import Figure
 from nav2_maps import OF_GRIDS, OF_MAPS, REFUSED_IMAGES, image_here, read_image
 from pydantic_core import PydanticKnownError
 from recording_formats import WALK, write_hdf5
-from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS
+from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS, scripted
 from ros_messages import BAGS
 from wall_files import OF_WALL_FILES, OF_WALL_UNITS, REFUSED_WALLS, read_wall_here, with_fewer_points
 
@@ -1422,6 +1422,8 @@ cases:
   - {duration: -3}
 """
 FILES: dict[str, Callable[[Path], object]] = {
+    r"a\.py: expected a Python file, found no such file": lambda f: load(f"{f}/a.py:build"),
+    r"a\.py: expected a file that can be imported, found ZeroDivisionError": lambda f: scripted(f, "1 / 0"),
     r"none/d\.json: expected a file that can be written": lambda f: decision().dump(f / "none/d.json"),
     r"d\.json: expected JSON, found a mistake": reading(read_decision, "d.json", "[["),
     r"d\.json: expected JSON .* nested too deeply": reading(read_decision, "d.json", "[" * 10**5),

@@ -796,3 +796,26 @@ def test_a_hidden_speed_without_passive_safety_is_noted(tmp_path: Path) -> None:
     note = "occlusion: expected 0, 1 or 2, found 1.5"
     with pytest.raises(InvalidFile, match=rf"scenario\.yaml:1:12: {note}"):
         read_scenario(write(tmp_path, "occlusion: 1.5\n" + ROBOT))
+
+
+def test_a_number_of_an_obstacle_is_drawn_with_the_seed_of_the_run(tmp_path: Path) -> None:
+    path, drawn = tmp_path / "a.yaml", "{first: -2, last: 6, seed: 1}"
+    obstacle = (
+        f"{{radius: 1, trajectory: {{kind: circular, center: [9, {drawn}], radius: 2, speed: 5, phase: {drawn}}}}}"
+    )
+    robot = "{position: [0, 0], radius: 1, max_speed: 2, max_acceleration: 1, goal: {position: [20, 0]}}"
+    path.write_text(f"robot: {robot}\nobstacles: [{obstacle}, {obstacle}]\n")
+    values = np.array(
+        [
+            [(one.trajectory.center[1], one.trajectory.phase) for one in read_scenario(path, seed).obstacles]
+            for seed in range(200)
+        ]
+    )
+    assert values.shape == (200, 2, 2)
+    assert len(np.unique(values)) == values.size
+    assert values.min() > -2.0
+    assert values.max() < 6.0
+    assert values.mean(axis=0) == pytest.approx(np.full((2, 2), 2.0), abs=0.6)
+    path.write_text(path.read_text().replace("last: 6", "last: x"))
+    with pytest.raises(InvalidFile, match="phase"):
+        read_scenario(path)

@@ -428,3 +428,21 @@ def test_mistakes_leave_no_folder_behind(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="found 'wheels'"):
         compare_all(rows, store=tmp_path / "store")
     assert not (tmp_path / "store").exists()
+
+
+def test_a_function_in_a_file_is_a_scenario_by_name_and_its_source_is_in_the_key(tmp_path: Path) -> None:
+    file, name = tmp_path / "scene.py", str(tmp_path / "scene.py:build")
+    source = (
+        "from slalom.sim import gallery\n"
+        "def build(parameters, random):\n"
+        "    return gallery.build('head_on', {'offset': random.uniform(0, 1), 'duration': 0.3})\n"
+    )
+    file.write_text(source)
+    first = compare(name, ["avo"], 2, store=tmp_path / "runs")
+    assert not first["deterministic"]
+    assert compare(name, ["avo"], 2, store=tmp_path / "runs", jobs=2) == first
+    key = case(name).key
+    assert len(list((tmp_path / "runs").iterdir())) == 2
+    file.write_text(source.replace("0.3", "0.4"))
+    assert case(name).key != key
+    assert call(["run", name, "--seed", "1"]) in (0, 1)

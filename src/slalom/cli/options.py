@@ -200,9 +200,10 @@ def is_recording(scenario: str, reading: Reading | None, crossing: Crossing | No
     """
     from slalom.sim.gallery import GALLERY
     from slalom.sim.sweep.case import is_file
+    from slalom.sim.sweep.script import is_script
 
     given = [*given_options(crossing), *given_options(reading)]
-    if not is_file(scenario) and scenario not in GALLERY:
+    if not is_file(scenario) and not is_script(scenario) and scenario not in GALLERY:
         return bool(os.path.isfile(scenario) or Path(scenario).suffix or given)
     if given:
         raise InvalidInput(f"--{given[0]}: expected only with a recording, found it with {scenario!r}")

@@ -27,6 +27,7 @@ from slalom.sim.files.parts import Place, built
 from slalom.sim.files.recorded_traffic import AgentSelection, Recorded, read_recorded
 from slalom.sim.files.schema import (
     CasesSpec,
+    DrawnSpec,
     GroupSpec,
     HalfSpaceSpec,
     ObstacleSpec,
@@ -107,6 +108,20 @@ def _seeded(content: Any, seed: int) -> Any:
     }
 
 
+def _with_numbers(content: Any, key: str) -> Any:
+    """Return the content at a key with a number in place of each range that has a seed; all others stay as they are."""
+    if isinstance(content, list):
+        return [_with_numbers(one, f"{key}.{k}") for k, one in enumerate(content)]
+    if not isinstance(content, dict):
+        return content
+    if content.keys() == DrawnSpec.model_fields.keys():
+        try:
+            return DrawnSpec.model_validate(content).values(1, key)[0]
+        except ValidationError:
+            return content  # which is refused in its place
+    return {name: _with_numbers(one, f"{key}.{name}") for name, one in content.items()}
+
+
 def _composed(path: Path) -> tuple[Node | None, Any]:
     """Return the nodes and the content of a scenario file. Raises InvalidFile for a study."""
     root, content = compose(path)
@@ -117,6 +132,8 @@ def _composed(path: Path) -> tuple[Node | None, Any]:
 
 def _scenario(path: Path, root: Node | None, content: Any) -> Scenario:
     """Return the scenario of the nodes and the content of a file, or of a case."""
+    if isinstance(content, dict) and "obstacles" in content:
+        content = {**content, "obstacles": _with_numbers(content["obstacles"], "obstacles")}
     mistakes = messages(path, root, content, ScenarioSpec)
     parts = _Parts(path, root)
     scenario = parts.assemble(content) if isinstance(content, dict) else None

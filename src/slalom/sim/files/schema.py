@@ -299,6 +299,14 @@ class PositiveRangeSpec(RangeSpec):
     last: Positive
 
 
+class DrawnSpec(RangeSpec):
+    """A number of an obstacle, drawn between both with a seed."""
+
+    first: FiniteFloat
+    last: FiniteFloat
+    seed: Annotated[int, Field(ge=0)]
+
+
 @dataclass(frozen=True, eq=False)
 class NumberOrRange(ModelByContent):
     """Metadata of a field that holds a number, or a mapping with the range of the numbers of a group."""

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from slalom.base.checks import known, number
+from slalom.base.checks import known, number, shown
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import Kind, Registry
 from slalom.sim.gallery import fleets, worlds
@@ -189,5 +189,7 @@ def build(name: str | Entry, settings: Mapping[str, float] | None = None, *, see
             raise InvalidInput(f"{key}: expected at most {MOST}, found {changed[key]:g}")
     parameters = {**entry.parameters, **{k: v for k, v in changed.items() if k in entry.parameters}}
     scenario = entry.build({**parameters, "seed": seed}, np.random.default_rng(seed))
+    if not isinstance(scenario, Scenario):
+        raise InvalidInput(f"{entry.name}: expected a function that returns a Scenario, found {shown(scenario)}")
     scenario = scenario.with_settings({k: v for k, v in changed.items() if k not in entry.parameters})
     return replace(scenario, parameters={**parameters, **changed})

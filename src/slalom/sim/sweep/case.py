@@ -26,6 +26,7 @@ from slalom.sim.measure.metrics import METRICS, extra_time, finite, summary
 from slalom.sim.measure.recording import Recording
 from slalom.sim.run.simulate import simulate
 from slalom.sim.scenario import SETTINGS, Scenario
+from slalom.sim.sweep.script import entry_of, file_of, is_script
 
 
 def is_cases(name: str) -> bool:
@@ -136,7 +137,7 @@ def canonical(content: Any) -> str:
 
 
 def load(name: Source, settings: Mapping[str, float] | None = None, *, seed: int = 0) -> Scenario:
-    """Return the scenario of a gallery name or entry, of a file for a name that ends in .yaml or .yml, or itself.
+    """Return the scenario of a gallery name or entry, of a file.yaml, of a function by FILE.py:FUNCTION, or itself.
 
     The seed is that of a random scenario, and the number of the case of a file with cases.
 
@@ -151,6 +152,8 @@ def load(name: Source, settings: Mapping[str, float] | None = None, *, seed: int
         raise InvalidInput(f"scenario: expected a name, an Entry or a Scenario, found {shown(name)}")
     if is_file(name):
         return read_scenario(name, seed).with_settings(settings or {})
+    if is_script(name):
+        return build_gallery(entry_of(name), settings, seed=seed)
     if name not in GALLERY and os.path.isfile(name):
         raise InvalidInput(f"scenario: expected a .yaml file or a name of the gallery, found {name!r}, of another kind")
     return build_gallery(known(name, "scenario", list(GALLERY), "a .yaml file or "), settings, seed=seed)
@@ -219,6 +222,11 @@ def is_file(name: str) -> bool:
     return name.endswith((".yaml", ".yml"))
 
 
+def in_file(name: str) -> bool:
+    """Return whether a scenario is named by a file, of cases or of functions too."""
+    return is_file(name) or is_cases(name) or is_script(name)
+
+
 def measured(
     scenario: Scenario, method: str | Method | Peer, seed: int, metrics: Sequence[Metric] = ()
 ) -> dict[str, Any]:
@@ -268,6 +276,9 @@ def run_case(case: Case) -> dict[str, Any] | Failure:
         name = case.scenario if isinstance(case.scenario, str) else ""
         if is_cases(name):
             scenario = case_of(name, _read_cases(name, files), case.settings, case.seed)
+        elif is_script(name):
+            _refuse_others(name, files)
+            scenario = load(name, case.settings, seed=case.seed)
         elif files:
             scenario = _read(name, files, case.seed).with_settings(case.settings)
         else:
@@ -312,8 +323,8 @@ def _refuse_others(name: str, digests: tuple[str, ...]) -> None:
 
 
 def digests_of(name: str) -> list[str]:
-    """Return the SHA-256 of a file of cases, or of a scenario file and of the files that it names."""
-    paths = [Path(name)] if is_cases(name) else files_of(Path(name))
+    """Return the SHA-256 of a Python file, of a file of cases, or of a scenario file and of the files that it names."""
+    paths = [file_of(name)] if is_script(name) else [Path(name)] if is_cases(name) else files_of(Path(name))
     return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
 
 
@@ -324,7 +335,7 @@ def scenario_content(name: Source, settings: Mapping[str, float], scenario: Scen
     """
     if not isinstance(name, str):
         return {"name": scenario.name, "settings": dict(settings), "object": id(name)}
-    if is_file(name) or is_cases(name):
+    if in_file(name):
         methods = {robot.method.name.partition("@")[0] for robot in scenario.robots if robot.method is not None}
         kinds = {type(robot.objective) for robot in scenario.robots}
         packages = [METHODS.packages[one] for one in sorted(methods) if one in METHODS.packages]

@@ -31,6 +31,7 @@ from slalom.sim.sweep.case import (
     Source,
     count_of,
     drawn,
+    in_file,
     is_cases,
     is_deterministic,
     is_file,
@@ -307,7 +308,7 @@ def cases_of(row: Row) -> list[Case]:
     metrics = {"metrics": metrics_content(row.metrics)} if row.metrics else {}
     scenario, name = drawn(row.scenario, settings), row.scenario
     _refuse_cases(row)
-    if isinstance(name, str) and (is_file(name) or is_cases(name)):
+    if isinstance(name, str) and in_file(name):
         name = str(Path(name).resolve())
     content = scenario_content(row.scenario, settings, scenario)
     for _, method in contenders.values():
@@ -494,7 +495,7 @@ def read_study(path: Path | str, data: Path | str | None = None) -> Study:
     for k, one in enumerate(spec.scenarios):
         name, folder = one.scenario, cases if is_cases(one.scenario) else path.parent
         there = not is_cases(name) or os.path.exists(folder / name)
-        place = str(folder / name) if there and (is_file(name) or is_cases(name)) else name
+        place = str(folder / name) if there and in_file(name) else name
         try:
             combined = grid(one.settings)
         except InvalidInput as error:
