@@ -275,14 +275,9 @@ def explain(
 
     scene, drawn = resolved(scene), DecisionFigure(figure, sets, uncertainty, look or Look())
     is_file, from_run = is_decision(scene), is_run(scene)
-    given: dict[str, object] = {
-        "--method": method or foresight,
-        "--set": settings,
-        "--seed": seed,
-        "--at": None if from_run else at,
-    }
+    given: dict[str, object] = {"--method": method or foresight, "--set": settings, "--seed": seed}
     if is_file or from_run:
-        _refuse_given(given | ({"--sets": sets} if is_file else {}), "decision" if is_file else "run")
+        _refuse_given(given | ({"--at": at, "--sets": sets} if is_file else {}), "decision" if is_file else "run")
     if is_file:
         return _repeat(scene, json, stages, drawn)
     loaded, chosen, decision = (

@@ -214,8 +214,8 @@ class _Listed:
     """Obstacles of this decision only, all straight under the `forecast`, or predicted already: None."""
 
     def __init__(self, given: Sequence[Obstacle], forecast: Forecast | None, now: float) -> None:
-        self._given, self._forecast, self._now = given, forecast, now
-        self.dimension = one_dimension(obstacle.dimension for obstacle in given)
+        self._given, self._forecast = given, forecast
+        self._now, self.dimension = now, one_dimension(obstacle.dimension for obstacle in given)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in given)
         self.has_futures = any(obstacle.probability < 1.0 for obstacle in given)
 
@@ -225,8 +225,8 @@ class _Listed:
     @cached_property
     def obstacles(self) -> Sequence[Obstacle]:
         """The obstacles, one by one."""
-        rule = self._forecast
-        return self._given if rule is None else [predicted(one, rule, self._now) for one in self._given]
+        forecast, now = self._forecast, self._now
+        return self._given if forecast is None else [predicted(one, forecast, now) for one in self._given]
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """The pieces of all from `start` on, up to `until` (n,) [s] after it; none of those that do not exist then."""

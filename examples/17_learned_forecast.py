@@ -1,4 +1,4 @@
-"""A forecast learned by ridge regression, with sets of its errors: 15_learned_forecast.py [RISE FILE FILE ...]."""
+"""A forecast learned by ridge regression, with sets of its errors: 17_learned_forecast.py [RISE FILE FILE ...]."""
 
 import sys
 
