@@ -39,8 +39,8 @@ def _code() -> int:
         for number in former:
             signal.signal(number, signal.default_int_handler if number == signal.SIGINT else _stop)
         sys.unraisablehook = _unraisable
-        return call()
-    except KeyboardInterrupt:
+        with _Interruptible():
+            return call()
         return INTERRUPTED
     finally:
         sys.unraisablehook = sys.__unraisablehook__
@@ -48,10 +48,23 @@ def _code() -> int:
             signal.signal(number, before)
 
 
+class _Interruptible:
+    """Ends at an interrupt; one that comes while a class is made is the cause of a RuntimeError."""
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, _: object, error: BaseException | None, at: object) -> bool:
+        return isinstance(error, KeyboardInterrupt) or isinstance(getattr(error, "__cause__", None), KeyboardInterrupt)
+
+
 def _unraisable(ignored: "sys.UnraisableHookArgs") -> None:
-    """Interrupt again: Python drops an interrupt that comes in a callback, such as that of a weak reference."""
+    """Send a signal again: Python drops what its handler raises in a callback, such as that of a weak reference."""
+    code = ignored.exc_value.code if isinstance(ignored.exc_value, SystemExit) else None
+    # In a tenth of a second the callback has ended: in this function it would be dropped again.
     if ignored.exc_type is KeyboardInterrupt:
-        threading.Timer(0.0, _thread.interrupt_main).start()
+        threading.Timer(0.1, _thread.interrupt_main).start()
+    elif isinstance(code, int) and code - 128 in signal.valid_signals():
+        threading.Timer(0.1, _thread.interrupt_main, [code - 128]).start()
     else:
         sys.__unraisablehook__(ignored)
 

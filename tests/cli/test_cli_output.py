@@ -123,7 +123,7 @@ def test_commands_that_texts_name_exist(named: str) -> None:
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_ctrl_c_ends_a_command_silently_from_its_first_moment(entry: str) -> None:
     """During the imports, and in the run."""
-    for delay in (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6):
+    for delay in (0.0, 0.05, 0.4, 1.6):
         words = [
             sys.executable,
             "-c",
@@ -142,17 +142,18 @@ def test_ctrl_c_ends_a_command_silently_from_its_first_moment(entry: str) -> Non
         assert delay == 0.0 or "Traceback" not in said, (delay, said)
 
 
-def test_ctrl_c_in_a_callback_ends_a_command() -> None:
+@pytest.mark.parametrize(("raised", "code"), [("KeyboardInterrupt", 130), ("SystemExit(143)", 143)])
+def test_a_signal_in_a_callback_ends_a_command(raised: str, code: int) -> None:
     """Python drops what is raised while an object is deleted: half a second after the start, until the run ends."""
     deleted = (
         "import os, threading; "
-        "A = type('A', (), {'__del__': lambda self: (_ for _ in ()).throw(KeyboardInterrupt)}); "
+        f"A = type('A', (), {{'__del__': lambda self: (_ for _ in ()).throw({raised})}}); "
         "threading.Timer(0.5, lambda: A()).start(); "
     )
     run = ["run", "empty", "--set", "distance=4000", "--set", "duration=2000"]
     words = [sys.executable, "-c", deleted + STARTED + ENTRIES[0], *run]
     done = subprocess.run(words, capture_output=True, text=True, timeout=60)
-    assert (done.returncode, "KeyboardInterrupt" in done.stderr) == (130, False), done
+    assert (done.returncode, "Exception ignored" in done.stderr) == (code, False), done
 
 
 def test_ctrl_c_while_python_ends_does_not_change_the_exit_code() -> None:

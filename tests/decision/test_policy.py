@@ -261,12 +261,12 @@ def test_a_polygon_of_many_corners_drives_as_the_disc(seed: int, name: str, robo
     """Equal arrivals and collisions; the first choices are within the polygon's error."""
     settings = {"robots": robots, "radius": 4.0, "robot_radius": 0.5, "duration": 40.0}
     scenario = gallery.build("circle", settings, seed=seed)
-    disc, polygon = (simulate(with_shape(scenario, shape), METHODS[name]) for shape in (Disc(0.5), regular(24, 0.5)))
+    disc, polygon = (simulate(with_shape(scenario, shape), METHODS[name]) for shape in (Disc(0.5), regular(64, 0.5)))
     assert np.isfinite(disc.arrived).sum() == np.isfinite(polygon.arrived).sum()
     for run in (disc, polygon):
         between = between_robots(run)
         assert between[np.isfinite(between)].min() > -1e-3
-    error = 2.0 * 0.5 * (1.0 - np.cos(np.pi / 24))
+    error = 2.0 * 0.5 * (1.0 - np.cos(np.pi / 64))
     assert np.abs(disc.positions[5] - polygon.positions[5]).max() <= 5.0 * error
 
 

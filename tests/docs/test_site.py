@@ -91,7 +91,7 @@ PARTS = {
     "choice and concepts": ["methods", "concepts", "theory"],
     "reference": [f"generated/{page}" for page in site_reference.PAGES],
     "examples": ["generated/gallery", "generated/[0-9]*"],
-    "benchmarks": ["performance", "fleets", "planners", "crossings"],
+    "benchmarks": ["measured", "performance", "crossings"],
     "project": ["interface", "generated/changelog", "generated/contributing", "generated/security", "design/index"],
 }
 """Pages of the site by the part that they belong to."""

@@ -1422,7 +1422,7 @@ cases:
   - {duration: -3}
 """
 FILES: dict[str, Callable[[Path], object]] = {
-    r"a\.py: expected a Python file, found no such file": lambda f: load(f"{f}/a.py:build"),
+    r"b\.py: expected a Python file, found no such file": lambda f: load(f"{f}/b.py:build"),
     r"a\.py: expected a file that can be imported, found ZeroDivisionError": lambda f: scripted(f, "1 / 0"),
     r"none/d\.json: expected a file that can be written": lambda f: decision().dump(f / "none/d.json"),
     r"d\.json: expected JSON, found a mistake": reading(read_decision, "d.json", "[["),

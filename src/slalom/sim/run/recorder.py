@@ -67,10 +67,8 @@ class Recorder:
         self._end: tuple[Array, Array] | None = None
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            # A copy asks for them before it has attributes.
-            raise AttributeError(name)
-        return getattr(self._robots, name)
+        # A copy asks for private ones before it has attributes.
+        return object.__getattribute__(self, name) if name.startswith("_") else getattr(self._robots, name)
 
     def __enter__(self) -> "Recorder":
         return self
