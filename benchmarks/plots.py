@@ -35,7 +35,8 @@ def fleets(results: Results) -> Figure:
     """Bars of the time of a step per robot."""
     figure = Figure(figsize=(6.5, 2.6), layout="constrained")
     of = results["fleet_step"]
-    _bars(figure.subplots(), of["results"]["us_per_robot"], "us per robot", f"{of['parameters']['robots']} robots")
+    title = f"{of['parameters']['robots']} robots, while driving"
+    _bars(figure.subplots(), of["results"]["us_per_robot"]["while driving"], "us per robot", title)
     return figure
 
 

@@ -147,10 +147,7 @@ def measure(obstacles: tuple[int, ...], knots: tuple[int, ...], fleets: list[int
         ],
         "targets": [
             *(target(f"exponent of {what}", value, most=1.1) for what, _, value in powers),
-            *(
-                target(f"a step of 10 000 robots, {name}", value, most=0.25, unit="s")
-                for name, value in largest.items()
-            ),
+            *(target(f"a step of 10 000 robots, {name}", value, most=DT, unit="s") for name, value in largest.items()),
         ],
         "results": everything,
     }

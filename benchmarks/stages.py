@@ -5,10 +5,6 @@ usage: python benchmarks/stages.py [--scenes 60] [--quick] [--out FOLDER]
 Every stage is timed alone, repeatedly on the same scene, and so is the whole decision. The rest is the part of the
 whole that the stages do not explain. A stage that is timed alone finds its data in the processor's cache, and some of
 its results are stored.
-
-The column "before" contains the figures of this program before the changes of docs/design/0012-cost-of-a-decision.md.
-They were measured on 2026-11-22 with 60 scenes on an AMD EPYC of 2 cores, python 3.11.7, numpy 2.4.6, numba 0.68.1.
-They are not comparable with other machines.
 """
 
 from collections.abc import Callable
@@ -16,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from machine import microseconds
-from program import finish, options, table, target
+from program import finish, options, table
 from tasks import HORIZON, Task, families
 
 from slalom import ControlObstacle, kernels, select
@@ -28,19 +24,6 @@ WHOLE = "the whole decision"
 ONE_PASS = "of the choice: one pass of the chord test over all segments"
 KERNEL = "of the choice: the kernel of the exchange"
 REST = "the rest"
-BEFORE = {
-    "limits to admissible controls": {"roundabout": 19.2, "mixed": 19.2},
-    "goal to preferred control": {"roundabout": 135.0, "mixed": 134.0},
-    "obstacles to pieces": {"roundabout": 262.0, "mixed": 289.0},
-    "overlap test": {"roundabout": 48.1, "mixed": 48.6},
-    "pieces to segments": {"roundabout": 131.0, "mixed": 194.0},
-    "the choice": {"roundabout": 65.8, "mixed": 49.2},
-    KERNEL: {"roundabout": 47.7, "mixed": 32.1},
-    ONE_PASS: {"roundabout": 2.97, "mixed": 6.07},
-    WHOLE: {"roundabout": 874.0, "mixed": 939.0},
-    REST: {"roundabout": 199.0, "mixed": 195.0},
-}
-"""Median [us] of each stage, see above."""
 
 
 def stages(task: Task) -> dict[str, Callable[[], object]]:
@@ -87,25 +70,14 @@ def measure(scenes: int, repeat: int) -> dict[str, Any]:
         medians = {name: float(np.median(each)) for name, each in spent.items()}
         late = {name: float(np.quantile(each, 0.99)) for name, each in spent.items()}
         segments = float(np.median([len(task.blocked.segments.begin) for task in tasks]))
-        before = {name: each[family] for name, each in BEFORE.items()}
-        result[family] = {"segments": segments, "before_us": before, "median_us": medians, "p99_us": late}
-        rows += [
-            [family, name, BEFORE[name][family], us, late[name], us / medians[WHOLE]] for name, us in medians.items()
-        ]
-    heads = ["scenes", "stage", "before, median us", "median us", "99 % us", "share of the whole"]
+        result[family] = {"segments": segments, "median_us": medians, "p99_us": late}
+        rows += [[family, name, us, late[name], us / medians[WHOLE]] for name, us in medians.items()]
+    heads = ["scenes", "stage", "median us", "99 % us", "share of the whole"]
     return {
         "question": "Time of the stages of one decision",
         "parameters": {"scenes": scenes, "obstacles": 30, "horizon_s": HORIZON, "response": "accelerate, then coast"},
-        "tables": [table("Stages of one decision, before and after", heads, rows)],
-        "targets": [
-            target(f"the exact choice over one pass of the chord test, {family}, {what}", us / passes, most=most)
-            for family, each in result.items()
-            for passes in [each["median_us"][ONE_PASS]]
-            for what, us, most in (
-                ("median", each["median_us"][KERNEL], 3.0),
-                ("99 %", each["p99_us"][KERNEL], 10.0),
-            )
-        ],
+        "tables": [table("Stages of one decision", heads, rows)],
+        "targets": [],
         "results": result,
     }
 

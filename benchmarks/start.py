@@ -87,11 +87,11 @@ def measure(quick: bool) -> dict[str, Any]:
     targets = [
         target("slalom --help, without importing numba", help_, most=0.3, unit="s"),
         target("the first decision afterwards", later, most=1.0, unit="s"),
-        target("the first decision, fresh, from Python", first, most=20.0, unit="s"),
+        target("the first decision, fresh, from Python", first, most=32.0, unit="s"),
     ]
     if "slalom decide, at a terminal" in rows:
         fresh = rows["slalom decide, at a terminal"][0]
-        targets.append(target("the first decision, fresh, at a terminal", fresh, most=20.0, unit="s"))
+        targets.append(target("the first decision, fresh, at a terminal", fresh, most=32.0, unit="s"))
     return {
         "question": "Time until the first result",
         "parameters": {"repeats": repeats},
