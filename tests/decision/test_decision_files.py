@@ -15,7 +15,7 @@ from parts import BOUNDS, FORECASTS, LIMITS, OBJECTIVES, RESPONSES, SHAPES, TRAJ
 import slalom
 from slalom.decision import Decision
 from slalom.decision.document import _Writer, arguments_of, kinds, made
-from slalom.model.uncertainty import Aged, GrowsUntil, Scaled
+from slalom.model.uncertainty import Adjusted, Covering
 from slalom.sim import Robot, Scenario, read_scenario
 from slalom.sim.files.decision_file import is_decision, read_decision
 from slalom.sim.files.scenario_writer import NOT_IN_FILES, ORIGIN, WRITTEN, scenario_text
@@ -222,7 +222,8 @@ def others() -> list:
         *(slalom.LookAhead(navigator(), 9.0, 8.0, 7.0, 6.0), slalom.ObstacleTable([obstacle])),
         slalom.ExpectedLoss(slalom.LookAhead(navigator()), (0.1,), (0.2,), 3.0, doubt, False),
         PATH_OF_ALL,
-        *(Aged(doubt, 0.5), GrowsUntil(Scaled(doubt, 0.3), 2.0)),
+        Adjusted(Adjusted(doubt, 0.5), 0.1, 0.3, 2.0),
+        Adjusted(Covering(0.8, (0.5, 1.0), ((0.5, (0.1, 0.2)), (0.8, (0.2, 0.5))), 2.0), 0.3, 0.9, 0.4),
     ]
 
 

@@ -29,6 +29,7 @@ from slalom.decision.fallback import least_given_up, levels
 from slalom.forecast.forecast import FromModels
 from slalom.forecast.from_models import LEAST_FUTURE
 from slalom.model.trajectory import Sampled
+from slalom.model.uncertainty import with_share
 from slalom.obstacle.window import Obstacles, ObstacleWindow, Reaction, covering, futures, predicted
 
 ROBOT, LIMITS, HORIZON = Disc(0.3), Limits(1.5, 2.0), 4.0
@@ -326,7 +327,7 @@ def test_robots_avoid_all_futures_of_a_turning_person() -> None:
     (each,) = futures([person], rule, 6.0, [0], Reaction(LIMITS, ahead.navigator.period))
     for one in each:
         gaps = np.linalg.norm(sequence.manoeuvre.position(times) - one.trajectory.position(times), axis=1)
-        radii = replace(one.uncertainty, coverage=0.8).radius(times - 6.0, 2)
+        radii = with_share(one.uncertainty, 0.8).radius(times - 6.0, 2)
         assert (gaps >= 0.6 + radii - 1e-6).all()
 
 

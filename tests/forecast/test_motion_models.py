@@ -22,7 +22,7 @@ from slalom import (
 )
 from slalom.forecast.from_models import ERROR_TIMES
 from slalom.model.trajectory import Trajectory
-from slalom.model.uncertainty import COVERAGES, Covering, Uncertainty, convex_radii
+from slalom.model.uncertainty import COVERAGES, Adjusted, Covering, Uncertainty, convex_radii
 from slalom.obstacle.window import predicted
 
 STEP = 0.1
@@ -153,7 +153,7 @@ def test_radii_of_sets_are_convex_and_do_not_fall(seed: int) -> None:
     assert (np.diff(slopes, axis=1) >= -1e-9).all()
     convex = (np.diff(np.diff(given, axis=1) / np.diff(times), axis=1) >= 0.0).all(axis=1)
     np.testing.assert_allclose(radii[convex], given[convex])
-    curve = replace(Covering.of(0.8, COVERAGES, times, given), scale=2.0, until=1.5)
+    curve = Adjusted(replace(Covering.of(0.8, COVERAGES, times, given), scale=2.0), until=1.5)
     fine = curve.radius(np.linspace(0.0, 1.5, 61), 2)
     assert (fine >= 0.0).all()
     assert (np.diff(fine, 2) >= -1e-9).all()

@@ -26,7 +26,7 @@ from slalom import (
 )
 from slalom.forecast.from_models import FromModels
 from slalom.lookahead.navigator import SequenceDecision
-from slalom.model.uncertainty import Aged, GrowsUntil
+from slalom.model.uncertainty import Adjusted, with_share
 from slalom.obstacle.window import Reaction, futures
 from slalom.sim.explanation import explanation
 
@@ -74,7 +74,7 @@ def test_a_decision_keeps_clear_of_the_sets_that_it_states(robot, seed):
         grows = times <= NOW + ahead.uncertainty.until
         kept = [(0.95, grows), (0.8, times < np.inf)] if found.outcome.safe else [(found.probability, times < np.inf)]
         for share, then in kept:
-            stated = replace(ahead.uncertainty, coverage=share)
+            stated = with_share(ahead.uncertainty, share)
             assert (distance > stated.radius(times - NOW, 2) - 1e-6)[then].all()
 
 
@@ -142,14 +142,14 @@ def test_a_decision_names_the_obstacle_that_it_most_likely_touches(seed):
 
 @pytest.mark.parametrize(
     "error",
-    [GaussianError(0.05, 0.1), KalmanError(0.05, 0.1, probability=0.1), Aged(GaussianError(0.05, 0.1), 0.0)],
+    [GaussianError(0.05, 0.1), KalmanError(0.05, 0.1, probability=0.1), Adjusted(GaussianError(0.05, 0.1))],
     ids=["gaussian", "kalman", "aged"],
 )
 def test_errors_of_observed_tracks_give_the_probability_of_a_contact_too(error):
     """From the set of 0.5, whose radius is the median of the distances of a Gaussian; not from what is bounded."""
     places, velocities = [(2.0, 1.5), (3.0, -2.0)], [(0.0, -0.5), (0.0, 0.4)]
     robot = replace(SINGLE, method=slalom.method("nao"))
-    for stated in (error, GrowsUntil(error, 0.5)):
+    for stated in (error, Adjusted(error, until=0.5)):
         tracks = slalom.Tracks(places, velocities, RADIUS, NOW, ids=("a", "b"), uncertainty=stated)
         found = robot.decide(STATE, tracks, GOAL, now=NOW)
         times = np.linspace(0.0, found.contact.seconds, 500)

@@ -27,7 +27,7 @@ from slalom import (
     Tracks,
     method,
 )
-from slalom.model.uncertainty import Aged
+from slalom.model.uncertainty import COVERAGES, Adjusted, Covering, coverage_of, radii_between, until_of, with_share
 
 
 def measured(seed: int, n: int = 12, d: int = 2) -> list[tuple]:
@@ -297,7 +297,7 @@ def test_each_track_has_its_own_uncertainty() -> None:
 def test_an_aged_uncertainty_is_the_same_later() -> None:
     error = BoundedError(0.1, 0.2, 0.3)
     times = np.linspace(0.0, 4.0, 9)
-    np.testing.assert_array_equal(Aged(error, 1.5).radius(times, 2), error.radius(times + 1.5, 2))
+    np.testing.assert_array_equal(Adjusted(error, 1.5).radius(times, 2), error.radius(times + 1.5, 2))
 
 
 @dataclass(frozen=True)
@@ -358,6 +358,52 @@ def test_radii_grow_until_the_robot_decides_anew() -> None:
     assert float(radius(2.0, 2)) == float(grows(0.5, 2))
     dense = np.linspace(0.0, 3.0, 301)
     exact = np.array([float(radius(t, 2)) for t in dense])
-    assert np.all(np.interp(dense, times, radius(times, 2)) >= exact - 1e-12)
+    assert np.all(np.interp(dense, times, radii_between(bounded.uncertainties[0], times, 2)) >= exact - 1e-12)
     with pytest.raises(InvalidInput, match="growth: expected a number above 0"):
         Tracker(growth=0.0)
+
+
+def crossing(growth: float = 0.5) -> tuple[Tracks, float]:
+    """Tracks of two people that turn, after 8 s of measurements with 5 cm of noise, and their time [s]."""
+    rng, tracker = np.random.default_rng(0), Tracker(Disc(0.3), growth=growth)
+    for t in np.arange(0.0, 8.0, 0.1).tolist():
+        for name, place in (("a", (t - 4.0, 0.6 * np.sin(t))), ("b", (4.0 - 0.5 * t, 2.0 + 0.5 * np.cos(2.0 * t)))):
+            tracker.update(t, name, np.array(place) + rng.normal(0.0, 0.05, 2))
+        found = tracker.at(t)
+    return found[0], t
+
+
+@pytest.mark.parametrize("growth", [0.5, np.inf])
+def test_sets_of_a_track_are_nested_and_grow_as_long(growth: float) -> None:
+    """The smaller set lies in the larger one at each time, and both end to grow at the same time."""
+    tracks, _ = crossing(growth)
+    times = np.linspace(0.0, 4.0, 81)
+    for stated in tracks.uncertainties:
+        assert coverage_of(stated) == 0.95
+        assert with_share(stated, 0.7) is stated
+        sets = [with_share(stated, share) for share in COVERAGES]
+        assert [coverage_of(one) for one in sets] == [*COVERAGES]
+        assert [until_of(one) for one in sets] == 3 * [growth]
+        radii = np.stack([one.radius(times, 2) for one in sets])
+        assert (np.diff(radii, axis=0) >= 0.0).all()
+        assert (radii[0] < radii[2]).any()
+        ended = np.stack([one.radius(np.minimum(times, growth), 2) for one in sets])
+        np.testing.assert_array_equal(radii, ended)
+    covered = tracks.covering(0.5)
+    assert [coverage_of(one) for one in covered.uncertainties] == len(tracks) * [0.5]
+    assert covered.states is tracks.states
+
+
+@pytest.mark.parametrize("aside", [0.1, 2.0])
+def test_a_robot_among_tracks_keeps_the_largest_sets_that_it_can(aside: float) -> None:
+    """Those of 0.5 of a person that comes towards it, which it can pass; with more place the stated ones."""
+    sets = ((0.5, (0.0, 0.05)), (0.8, (0.0, 0.4)), (0.95, (0.0, 0.6)))
+    error = Adjusted(Covering(0.95, (0.0, 0.5), sets), until=0.5)
+    person = Tracks([(1.3, aside)], [(-0.5, 0.0)], 0.3, uncertainty=error)
+    robot = Navigator(method("nao"), Disc(0.3), Limits(1.0, 2.0), period=0.1, horizon=4.0)
+    found = robot.decide(State((0.0, 0.0), (1.0, 0.0)), person, Goal(Stationary((5.0, 0.0)), 0.3))
+    assert found.probability == (0.5 if aside < 1.0 else 1.0)
+    times = np.linspace(0.0, 4.0, 401)
+    away = np.linalg.norm(found.manoeuvre.position(times) - (1.3, aside) - times[:, None] * (-0.5, 0.0), axis=1)
+    kept = with_share(error, 0.5 if aside < 1.0 else 0.95).radius(times, 2)
+    assert (away >= 0.6 + kept - 1e-6).all()

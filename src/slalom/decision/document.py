@@ -41,7 +41,7 @@ from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.shape import SHAPES, Shape
 from slalom.model.state import State
 from slalom.model.trajectory import TRAJECTORIES, Composite, Trajectory
-from slalom.model.uncertainty import UNCERTAINTIES, Aged, Covering, GrowsUntil, Scaled, Uncertainty
+from slalom.model.uncertainty import UNCERTAINTIES, Adjusted, Covering, Uncertainty
 from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.occupancy import Frame, OccupancyTable, Runs
 from slalom.obstacle.table import ObstacleTable
@@ -58,9 +58,9 @@ TABLES: Final[Tables] = {
 }
 """Tables of parts by their protocol."""
 _OWN: Final = (
-    *(Aged, Approach, Commitment, Composite, Continuation, Covering, Decision, DecisionInputs, Frame, FromModels),
-    *(FromPast, Goal, GrowsUntil, HalfSpace, Headings, Limits, Manoeuvre, Method, Navigator, Obstacle, ObstacleTable),
-    *(OccupancyTable, Outcome, Path, PathGoal, Risk, Runs, Scaled, State, Tracks),
+    *(Adjusted, Approach, Commitment, Composite, Continuation, Covering, Decision, DecisionInputs, Frame, FromModels),
+    *(FromPast, Goal, HalfSpace, Headings, Limits, Manoeuvre, Method, Navigator, Obstacle, ObstacleTable),
+    *(OccupancyTable, Outcome, Path, PathGoal, Risk, Runs, State, Tracks),
 )
 KINDS: Final[dict[str, type]] = {cls.__name__: cls for cls in _OWN}
 """Classes in files by their names there, besides those of the tables of parts; packages add theirs."""

@@ -19,9 +19,9 @@ from slalom.model.goal import Goal
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.shape import Shape
 from slalom.model.state import State
-from slalom.model.uncertainty import Covering
+from slalom.model.uncertainty import coverage_of, until_of
 from slalom.obstacle import Obstacle
-from slalom.obstacle.window import SHALLOW_OVERLAP, ObstacleWindow, coverages, covering
+from slalom.obstacle.window import SHALLOW_OVERLAP, ObstacleWindow, coverages
 
 DEEPEST: Final = 1.0
 """[m] A robot that gets deeper than this into an obstacle within one period, whatever it does, does not avoid it.
@@ -292,27 +292,20 @@ def among_sets(window: ObstacleWindow, robot: Settings, state: State, decide: Ca
 
     What later decisions can correct does not block now. See `stated`.
     """
-    obstacles = window.obstacles
-    shares = coverages(obstacles)
+    shares = window.coverages
     for share in shares[1:] or shares:
-        among = window
-        if share < shares[0]:
-            among = ObstacleWindow(covering(obstacles, share), window.start, window.horizon, window.until)
-        decision = decide(among)
+        decision = decide(window.covering(share))
         if decision.outcome.safe or decision.outcome is Outcome.LIKELY:
             break
-    return stated(decision, obstacles, share, robot, state, window.start)
+    return decision if share == shares[0] else stated(decision, window.obstacles, share, robot, state, window.start)
 
 
 def stated(decision: D, obstacles: Sequence[Obstacle], share: float, robot: Settings, state: State, now: float) -> D:
-    """A decision that keeps sets of a `share` of the errors: LIKELY where it does not keep those of the obstacles.
-
-    These count as long as they grow.
-    """
-    if not decision.outcome.safe or share == coverages(obstacles)[0]:
+    """A decision that keeps sets of a `share` of the errors: LIKELY unless it keeps the stated ones while they grow."""
+    sets = [one for one in obstacles if coverage_of(one.uncertainty) < 1.0]
+    if not decision.outcome.safe or share == coverages(one.uncertainty for one in sets)[0]:
         return decision
-    grows = max(o.uncertainty.until for o in obstacles if isinstance(o.uncertainty, Covering))
-    window = ObstacleWindow(obstacles, now, min(grows, robot.horizon))
+    window = ObstacleWindow(sets, now, min(max(until_of(one.uncertainty) for one in sets), robot.horizon))
     blocked = ControlObstacle(decision.manoeuvre.continuation(state, now), state, window, robot.robot)
     if not blocked.overlaps and blocked.time_to_collision(np.zeros(state.dimension)) == np.inf:
         return decision

@@ -191,7 +191,7 @@ class Navigator(Settings):
         if arrives and (velocity := velocity_along(state, request.target, self.limits, now)) is not None:
             request = request._replace(robot=replace(robot, objective=FollowVelocity(velocity)))
         decide = self._giving_up if window.has_futures else self._among_obstacles
-        if isinstance(self.method.forecast, FromModels):
+        if isinstance(self.method.forecast, FromModels) or any(isinstance(one, Tracks) for one in listed_obstacles):
             decision = among_sets(window, robot, state, lambda some: decide(some, request))
         else:
             decision = decide(window, request)

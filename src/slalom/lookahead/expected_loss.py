@@ -40,7 +40,7 @@ from slalom.model.limits import Limits
 from slalom.model.manoeuvre import Manoeuvre
 from slalom.model.response.kinds import AccelerationSequence
 from slalom.model.state import State
-from slalom.model.uncertainty import BoundedError, Scaled, Uncertainty
+from slalom.model.uncertainty import Adjusted, BoundedError, Uncertainty
 from slalom.obstacle import Obstacle
 from slalom.obstacle.table import ObstacleTable, same_dimension
 from slalom.obstacle.tracks import Tracks
@@ -448,7 +448,7 @@ def _with_share(obstacle: Obstacle, share: float) -> Obstacle:
     """The obstacle with that share of its uncertainty."""
     if obstacle.uncertainty is None:
         return obstacle
-    return replace(obstacle, uncertainty=Scaled(obstacle.uncertainty, share) if share > 0.0 else None)
+    return replace(obstacle, uncertainty=Adjusted(obstacle.uncertainty, share=share) if share > 0.0 else None)
 
 
 KINDS["ExpectedLoss"] = ExpectedLoss

@@ -86,7 +86,7 @@ class Scene(NamedTuple):
     @property
     def coverages(self) -> list[float]:
         """The shares of the errors that the sets of the motions hold, and smaller ones, see `window.coverages`."""
-        return coverages(self.motions)
+        return coverages(one.uncertainty for one in self.motions)
 
     def less(self) -> "Scene":
         """The scene with the next smaller sets, which later decisions keep; the same without."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import erf, exp, log, pi, sqrt
-from typing import Final, Protocol, runtime_checkable
+from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -100,44 +100,20 @@ class KalmanError:
 
 
 @dataclass(frozen=True)
-class Aged(CheckedFields):
-    """The uncertainty `of` a prediction that was made `age` [s] >= 0 before."""
+class Adjusted(CheckedFields):
+    """A `share` (0 or more) of the radius of an uncertainty `of` a prediction that was made `age` [s] >= 0 before.
 
-    of: Uncertainty
-    age: NotNegative
-
-    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
-        return self.of.radius(np.asarray(t, dtype=np.float64) + self.age, dimension)
-
-
-@dataclass(frozen=True)
-class Scaled(CheckedFields):
-    """A `share` (0 or more) of the radius of another uncertainty."""
-
-    of: Uncertainty
-    share: NotNegative
-
-    def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
-        return self.share * self.of.radius(t, dimension)
-
-
-@dataclass(frozen=True)
-class GrowsUntil(CheckedFields):
-    """The uncertainty `of`, which does not grow any more from `until` [s] on: by then the robot decides anew.
-
-    It is not convex. Of increasing times (n,) the first one at or after `until` is the last at which it has grown, so
-    that linear interpolation between them is an upper bound as well.
+    From `until` [s] on it does not grow: by then the robot decides anew. It is convex up to then, see `radii_between`.
     """
 
     of: Uncertainty
-    until: NotNegative
+    age: NotNegative = 0.0
+    share: NotNegative = 1.0
+    until: float = np.inf
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
-        time = np.asarray(t, dtype=np.float64)
-        last = self.until
-        if time.ndim == 1 and np.any(time >= last):
-            last = float(time[time >= last].min())
-        return self.of.radius(np.minimum(time, last), dimension)
+        time = np.minimum(np.asarray(t, dtype=np.float64), self.until)
+        return self.share * self.of.radius(time + self.age, dimension)
 
 
 COVERAGES: Final = (0.5, 0.8, 0.95)
@@ -149,15 +125,13 @@ class Covering(CheckedFields):
     """Radius that holds the share `coverage` of the measured errors of a forecast, at each time.
 
     It is `scale` times a curve of straight lines through the radii (k,) [m] of that share in `sets`, at `times` (k,)
-    [s], k of at least 2. The first and the last line go on, and no radius is below 0. See `convex_radii`. From `until`
-    [s] on it is constant: by then the robot decides anew, see `Limits.time_to_react`.
+    [s], k of at least 2. The first and the last line go on, and no radius is below 0. See `convex_radii`.
     """
 
     coverage: Fraction
     times: tuple[float, ...]
     sets: tuple[tuple[float, tuple[float, ...]], ...]
     scale: NotNegative = 1.0
-    until: float = np.inf
 
     @classmethod
     def of(cls, coverage: float, shares: Sequence[float], times: Array, radii: Array) -> "Covering":
@@ -166,7 +140,7 @@ class Covering(CheckedFields):
         return cls(coverage, tuple(times.tolist()), tuple(zip(shares, curves, strict=True)))
 
     def radius(self, t: npt.ArrayLike, dimension: int) -> Array:
-        time = np.minimum(np.asarray(t, dtype=np.float64), self.until)
+        time = np.asarray(t, dtype=np.float64)
         radii = _curve(dict(self.sets)[self.coverage], self.times, time.tobytes())
         return np.asarray(self.scale * radii.reshape(time.shape))
 
@@ -174,13 +148,35 @@ class Covering(CheckedFields):
 def set_of(error: Uncertainty | None, share: float) -> Uncertainty | None:
     """The error whose radius is stated to hold a `share` of errors, and grows without end; None without that set."""
     if isinstance(error, Covering):
-        return replace(error, coverage=share, until=np.inf) if share in dict(error.sets) else None
+        return replace(error, coverage=share) if share in dict(error.sets) else None
     if isinstance(error, GaussianError | KalmanError):
         return replace(error, probability=1.0 - share)
-    if isinstance(error, GrowsUntil):
-        return set_of(error.of, share)
-    inner = set_of(error.of, share) if isinstance(error, Aged) else None
-    return None if inner is None else replace(error, of=inner)  # type: ignore[type-var]  # only of Aged
+    if isinstance(error, Adjusted) and error.share == 1.0 and (inner := set_of(error.of, share)) is not None:
+        return replace(error, of=inner, until=np.inf)
+    return None
+
+
+def until_of(error: Uncertainty | None) -> float:
+    """[s] from which on an error does not grow."""
+    return error.until if isinstance(error, Adjusted) else np.inf
+
+
+def coverage_of(error: Uncertainty | None) -> float:
+    """The share that the set of a `Covering` holds, also of an adjusted one; 1 without."""
+    inner = error.of if isinstance(error, Adjusted) and error.share == 1.0 else error
+    return inner.coverage if isinstance(inner, Covering) else coverage_of(inner) if inner is not error else 1.0
+
+
+def with_share(error: Any, share: float) -> Any:
+    """The error with its set of a `share` where it states a larger one, which grows as long; the same without it."""
+    less: Any = set_of(error, share) if share < coverage_of(error) < 1.0 else None
+    return error if less is None else replace(less, until=error.until) if isinstance(error, Adjusted) else less
+
+
+def radii_between(error: Uncertainty, times: Array, dimension: int) -> Array:
+    """Radii (n,) [m] at increasing times (n,) [s] between which straight lines are an upper bound."""
+    last = float(times[min(int(np.searchsorted(times, until_of(error))), len(times) - 1)])
+    return (replace(error, until=last) if isinstance(error, Adjusted) else error).radius(times, dimension)
 
 
 # The sets of all tracks of a decision are one curve, at the same times.

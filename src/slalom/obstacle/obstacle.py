@@ -30,7 +30,7 @@ from slalom.model.path import Path, even_knots, hermite, hermite_step
 from slalom.model.shape import Disc, Shape
 from slalom.model.trajectory import Composite, ConstantVelocity, Stationary, Trajectory
 from slalom.model.trajectory.protocol import direction_path
-from slalom.model.uncertainty import Aged, Uncertainty
+from slalom.model.uncertainty import Adjusted, Uncertainty
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +282,7 @@ class Obstacle:
             )
         if self.uncertainty is None:
             return self.continued
-        return replace(self.continued, uncertainty=Aged(self.uncertainty, now - last))
+        return replace(self.continued, uncertainty=Adjusted(self.uncertainty, now - last))
 
     def of_scenario(self) -> "Obstacle":
         """The obstacle in a simulated world, where nothing is unknown: there it leaves unless it continues.

@@ -27,7 +27,7 @@ from slalom.model.path import Path
 from slalom.model.shape import Part, Shape
 from slalom.model.trajectory import PiecewisePolynomial, Trajectory
 from slalom.model.trajectory.kinds import cubic_paths, quadratic_paths
-from slalom.model.uncertainty import Covering, GrowsUntil
+from slalom.model.uncertainty import until_of
 from slalom.obstacle.obstacle import Obstacle
 
 
@@ -361,7 +361,7 @@ def _paths_at_once(
     uncertain: dict[tuple[bytes, float], list[int]] = {}
     for k, path in found.items():
         if obstacles[k].uncertainty is not None:
-            uncertain.setdefault((path.times.tobytes(), decided + _grows_until(obstacles[k])), []).append(k)
+            uncertain.setdefault((path.times.tobytes(), decided + until_of(obstacles[k].uncertainty)), []).append(k)
     for (_, until), some in uncertain.items():
         paths = [found[k] for k in some]
         points, errors = np.stack([path.points for path in paths], axis=1), np.stack([p.error for p in paths], axis=1)
@@ -377,11 +377,6 @@ def _uncertain_knots(path: Path, begin: float, end: float, until: float) -> Arra
     knots = np.union1d(path.times, np.linspace(begin, end, UNCERTAINTY_PIECES + 1))
     # A piece as short as rounding would have no direction.
     return knots if np.isclose(knots, until).any() or not begin < until < end else np.union1d(knots, [until])
-
-
-def _grows_until(obstacle: Obstacle) -> float:
-    """[s] since the decision after which the uncertainty does not grow."""
-    return obstacle.uncertainty.until if isinstance(obstacle.uncertainty, Covering | GrowsUntil) else np.inf
 
 
 def merged(parts: Sequence[Bodies]) -> Bodies:
@@ -441,8 +436,8 @@ def rows_of(
     turns: Array | None = None
     radius, growth = path.error, np.zeros(len(path.error))
     if obstacle.uncertainty is not None:
-        knots = _uncertain_knots(path, begin, end, decided + _grows_until(obstacle)) if known is None else path.times
-        path = path.cut(knots) if known is None else path
+        until = decided + until_of(obstacle.uncertainty)
+        path = path.cut(_uncertain_knots(path, begin, end, until)) if known is None else path
         widths = obstacle.uncertainty.radius(path.times - decided, obstacle.dimension)
         radius, growth = path.error + widths[:-1], np.diff(widths)
     if obstacle.turns or way is not None:

@@ -33,7 +33,7 @@ from slalom.model.limits import Limits
 from slalom.model.shape import Shape, is_round, round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import ConstantAcceleration
-from slalom.model.uncertainty import Uncertainty
+from slalom.model.uncertainty import Uncertainty, radii_between, with_share
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.pieces import (
     NO_TURNS,
@@ -220,6 +220,10 @@ class Tracks:
         """The same tracks with other `shares`, (n,) or one. Raises InvalidInput for numbers outside of 0 to 0.5."""
         return self._changed(shares=self._checked(shares))
 
+    def covering(self, share: float) -> "Tracks":
+        """The same tracks with sets that hold at most a share of the errors, see `with_share`."""
+        return self._changed(uncertainties=tuple(with_share(one, share) for one in self.uncertainties))
+
     @property
     def yielding(self) -> tuple["Tracks", "Tracks"]:
         """Those that do a part of the avoidance, and those that do none."""
@@ -365,7 +369,7 @@ class Tracks:
     def _widths(self, elapsed: Array) -> Array:
         """The uncertainty (n, k) [m] of each at times (k,) [s] since the observation."""
         different = {id(one): one for one in self.uncertainties if one is not None}
-        radii = {key: one.radius(elapsed, self.dimension) for key, one in different.items()}
+        radii = {key: radii_between(one, elapsed, self.dimension) for key, one in different.items()}
         return np.stack([radii.get(id(one), np.zeros(len(elapsed))) for one in self.uncertainties])
 
 

@@ -1,6 +1,6 @@
 """Obstacles over a window of time: what all control obstacles of a decision are made of."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -31,7 +31,7 @@ from slalom.model.shape import Shape
 from slalom.model.state import State
 from slalom.model.trajectory import Trajectory
 from slalom.model.trajectory.kinds import QUADRATIC
-from slalom.model.uncertainty import COVERAGES, BoundedError, Covering, GrowsUntil, Uncertainty
+from slalom.model.uncertainty import COVERAGES, Adjusted, BoundedError, Uncertainty, coverage_of, until_of, with_share
 from slalom.obstacle.obstacle import Headings, Obstacle
 from slalom.obstacle.pieces import Reach, merged, no_bodies, pieces_of_each, straight_bodies
 from slalom.obstacle.table import (
@@ -60,11 +60,8 @@ class Reaction(NamedTuple):
 
     def bounded(self, error: Uncertainty, dimension: int) -> Uncertainty:
         """An error that grows until the robot has reacted, see `Limits.time_to_react`; all sets as that of 0.8."""
-        less = error
-        if isinstance(error, Covering) and COVERAGES[1] in dict(error.sets):
-            less = replace(error, coverage=min(error.coverage, COVERAGES[1]))
-        until = self.limits.time_to_react(less, self.period, self.delay, dimension)
-        return replace(error, until=until) if isinstance(error, Covering) else GrowsUntil(error, until)
+        until = self.limits.time_to_react(with_share(error, COVERAGES[1]), self.period, self.delay, dimension)
+        return Adjusted(error, until=min(until, until_of(error)))
 
 
 def predicted(obstacle: Obstacle, forecast: Forecast, now: float, reaction: Reaction | None = None) -> Obstacle:
@@ -148,20 +145,15 @@ def _rests(trajectory: Trajectory, now: float) -> bool:
     return bool(np.linalg.norm(trajectory.velocity(now)) <= REST) and not np.any(trajectory.acceleration(now))
 
 
-def coverages(obstacles: Sequence[Obstacle]) -> list[float]:
-    """Shares of the errors of forecasts that the sets of obstacles hold, as stated and less, the largest first.
-
-    [1] without sets.
-    """
-    stated = min((o.uncertainty.coverage for o in obstacles if isinstance(o.uncertainty, Covering)), default=1.0)
+def coverages(errors: Iterable[Uncertainty | None]) -> list[float]:
+    """Shares of the errors that the sets of obstacles hold, as stated and less, the largest first; [1] without sets."""
+    stated = min(map(coverage_of, errors), default=1.0)
     return [stated, *(share for share in COVERAGES[::-1] if share < stated < 1.0)]
 
 
 def covering(obstacles: Sequence[Obstacle], share: float) -> list[Obstacle]:
-    """The obstacles with sets that hold another share of the errors; those without such sets as they are."""
-    sets = [o.uncertainty for o in obstacles]
-    held = [replace(e, coverage=share) if isinstance(e, Covering) and share in dict(e.sets) else e for e in sets]
-    return [replace(o, uncertainty=error) for o, error in zip(obstacles, held, strict=True)]
+    """The obstacles with sets that hold at most a share of the errors; those without such sets as they are."""
+    return [replace(o, uncertainty=with_share(o.uncertainty, share)) for o in obstacles]
 
 
 DERIVATIVES: Final[dict[type, int]] = {Known: 2, Present: 2, AtConstantVelocity: 1, AtConstantAcceleration: 2}
@@ -218,6 +210,7 @@ class _Listed:
         self._now, self.dimension = now, one_dimension(obstacle.dimension for obstacle in given)
         self.is_passive = not all(obstacle.contact_at_rest for obstacle in given)
         self.has_futures = any(obstacle.probability < 1.0 for obstacle in given)
+        self.uncertainties = [obstacle.uncertainty for obstacle in given]
 
     def __len__(self) -> int:
         return len(self._given)
@@ -227,6 +220,10 @@ class _Listed:
         """The obstacles, one by one."""
         forecast, now = self._forecast, self._now
         return self._given if forecast is None else [predicted(one, forecast, now) for one in self._given]
+
+    def covering(self, share: float) -> "_Listed":
+        """The same with sets that hold at most a share of the errors."""
+        return _Listed(covering(self._given, share), self._forecast, self._now)
 
     def bodies(self, robot: Shape, start: float, until: Array, horizon: float, reach: Reach | None = None) -> Bodies:
         """The pieces of all from `start` on, up to `until` (n,) [s] after it; none of those that do not exist then."""
@@ -415,6 +412,21 @@ class ObstacleWindow:
         else:
             bodies = self.bodies(robot)
         return kernels.covered_at_rest(bodies, bodies.heads, bodies.hulls, points, margin)
+
+    @property
+    def coverages(self) -> list[float]:
+        """The shares of the errors that the sets hold, as stated and less; obstacles of tables have none."""
+        unsure = [one for one in self._sources if isinstance(one, Tracks | _Listed)]
+        return coverages(error for one in unsure for error in one.uncertainties)
+
+    def covering(self, share: float) -> "ObstacleWindow":
+        """The same obstacles with sets that hold at most a share of the errors."""
+        if share == self.coverages[0]:
+            return self
+        window = self.within(self.until)
+        window._sources = [one.covering(share) if isinstance(one, Tracks | _Listed) else one for one in self._sources]
+        window.__dict__.pop("obstacles", None)
+        return window
 
     def within(self, horizons: npt.ArrayLike) -> "ObstacleWindow":
         """The same obstacles with other horizons (n,) [s]; each counts for the shorter of both."""

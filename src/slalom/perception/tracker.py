@@ -32,7 +32,7 @@ from slalom.base.errors import InvalidInput, first_missing, require
 from slalom.forecast.forecast import AtConstantVelocity, Forecast
 from slalom.model.shape import Disc, Shape, is_round
 from slalom.model.trajectory import ConstantAcceleration
-from slalom.model.uncertainty import BoundedError, GrowsUntil, KalmanError, Uncertainty
+from slalom.model.uncertainty import Adjusted, BoundedError, KalmanError, Uncertainty
 from slalom.obstacle.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
 from slalom.perception.association import CANDIDATES, GATE, OTHER_ID, assignment, least_sum, nearest_first
@@ -452,7 +452,7 @@ class Tracker:
         stated = tuple(estimate.uncertainty for _, estimate in found)
         if self.calibration is not None and stated:
             stated = self.calibration.calibrated(stated, np.array([self._now - track.t for track, _ in found]))
-        return stated if self.growth == np.inf else tuple(GrowsUntil(one, self.growth) for one in stated)
+        return stated if self.growth == np.inf else tuple(Adjusted(one, until=self.growth) for one in stated)
 
     def _tracks(self, found: list[tuple[_Track, Estimate]], t: float, radii: tuple[Uncertainty, ...]) -> list[Tracks]:
         """The estimates at a time as one Tracks with these radii; nothing if there are none."""
