@@ -161,13 +161,13 @@ def cell_costs(grid: Grid, radius: float, positions: Array, radii: Array, parked
 @kernel
 def path_lengths(
     cost: Array, goal: tuple[int, int], start: tuple[int, int], search: PathSearch
-) -> list[tuple[int, float, int]]:
+) -> list[tuple[int, float, int, int]]:
     """Write the lengths [cell] of paths from cells to `goal`, weighted by cost (nx, ny), into `search`.
 
-    Returns the queue: an entry (cell, length, previous entry) for each time that a cell was reached. A* from the goal
-    until `start` is reached: `free_length` is an admissible heuristic since no cell costs less than 1. The path from
-    `start` is longer than the shortest one by at most BUCKET_WIDTH, since the order within a bucket does not matter. A
-    start outside the grid is never reached: the lengths of all cells are then those of shortest paths.
+    Returns the queue: an entry (cell, length, previous entry, bucket) for each time that a cell was reached. A* from
+    the goal until `start` is reached: `free_length` is an admissible heuristic since no cell costs less than 1. The
+    path from `start` is longer than the shortest one by at most BUCKET_WIDTH, since the order within a bucket does not
+    matter. A start outside the grid is never reached: the lengths of all cells are then those of shortest paths.
     """
     (nx, ny) = cost.shape
     flat = cost.ravel()
@@ -175,18 +175,17 @@ def path_lengths(
     lengths = search.lengths
     following = search.following
     latest = search.latest
-    queue = [(goal[0] * ny + goal[1], 0.0, -1)]
+    bucket = int(free_length(goal[0], goal[1], c, d) / BUCKET_WIDTH)
+    queue = [(goal[0] * ny + goal[1], 0.0, -1, bucket % len(latest))]
     waiting = 1
     lengths[queue[0][0]] = 0.0
-    bucket = int(free_length(goal[0], goal[1], c, d) / BUCKET_WIDTH)
-    last = bucket
-    latest[bucket % len(latest)] = 0
+    latest[queue[0][3]] = 0
     while waiting > 0:
         entry = latest[bucket % len(latest)]
         if entry < 0:
             bucket += 1
             continue
-        cell, length, before = queue[entry]
+        cell, length, before, _ = queue[entry]
         latest[bucket % len(latest)] = before
         waiting -= 1
         if length > lengths[cell]:
@@ -214,15 +213,13 @@ def path_lengths(
                 lengths[to] = through
                 following[to] = cell
                 # No estimate falls, but for rounding.
-                place = max(int((through + free_length(u, v, c, d)) / BUCKET_WIDTH), bucket)
-                last = max(last, place)
-                place %= len(latest)
-                queue.append((to, through, latest[place]))
+                place = max(int((through + free_length(u, v, c, d)) / BUCKET_WIDTH), bucket) % len(latest)
+                queue.append((to, through, latest[place], place))
                 latest[place] = len(queue) - 1
                 waiting += 1
-    # Most buckets were never used, those below the present one are empty.
-    for place in range(bucket, last + 1):
-        latest[place % len(latest)] = -1
+    # A cell of a wall is so far away that there are many more buckets than entries.
+    for _, _, _, place in queue:
+        latest[place] = -1
     return queue
 
 
@@ -239,7 +236,7 @@ def path_to_goal(
     while cell != last and len(path) < MAX_PATH_CELLS:
         cell = search.following[cell]
         path.append((cell // ny, cell % ny))
-    for to, _, _ in reached:
+    for to, _, _, _ in reached:
         search.lengths[to] = np.inf
     return path
 
