@@ -591,6 +591,9 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     r"min_speed: expected at most the largest one, 1, found 1\.5": lambda _: Bicycle(
         1.0, 0.5, 1.0, 2.0, 2.0, max_reverse_speed=1.0, min_speed=1.5
     ),
+    r"min_speed: expected at most the largest one, 0\.1, found 0\.2": lambda _: DifferentialDrive(
+        0.4, 1.0, 2.0, max_reverse_speed=0.1, min_speed=0.2
+    ),
     r"min_turn_rate: expected at most the largest one, 5, found 6": lambda _: DifferentialDrive(
         0.4, 1.0, 2.0, min_turn_rate=6.0
     ),

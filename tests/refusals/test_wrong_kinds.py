@@ -540,6 +540,7 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "max_acceleration": 1.0,
             "max_turn_rate": 2.0,
             "max_turn_acceleration": 4.0,
+            "max_reverse_speed": 0.5,
             "lag": 0.1,
             "delay": 0.1,
         },

@@ -35,6 +35,8 @@ DRIVES = {
     "quick": DifferentialDrive(0.4, 2.0, 8.0, ahead=0.25),
     "long period": DifferentialDrive(0.3, 1.5, 6.0, period=0.2),
     "with lag": DifferentialDrive(0.4, 1.5, 4.0, lag=0.25),
+    "forward only": DifferentialDrive(0.35, 1.0, 3.0, max_reverse_speed=0.0),
+    "hardly backwards": DifferentialDrive(0.4, 1.5, 4.0, lag=0.25, max_reverse_speed=0.2),
 }
 REVERSING = Bicycle(0.4, 0.6, 6.0, 1.5, 1.5, max_reverse_speed=0.6)
 BICYCLES = {
@@ -70,6 +72,11 @@ def actuators(vehicle, speed: float, turn: float) -> Actuators:
     fastest = vehicle.max_wheel_speed * both
     rates = vehicle.max_wheel_acceleration * both
     return Actuators(np.array([speed - half, speed + half]), fastest, -fastest, rates, lags[:1] * both)
+
+
+def slowest(vehicle) -> float:
+    """The least speed [m/s]."""
+    return -(vehicle.limits.max_speed if vehicle.max_reverse_speed is None else vehicle.max_reverse_speed)
 
 
 def motion_of(vehicle, values: np.ndarray) -> tuple[float, float]:
@@ -186,7 +193,10 @@ def wall(*points, radius: float = 0.02) -> Obstacle:
 def random_pose(vehicle, rng) -> Pose:
     """A pose that obeys the limits."""
     bounds = actuators(vehicle, 0.0, 0.0)
-    return Pose(rng.normal(size=2), rng.uniform(-pi, pi), *motion_of(vehicle, rng.uniform(bounds.least, bounds.most)))
+    while True:
+        speed, turn = motion_of(vehicle, rng.uniform(bounds.least, bounds.most))
+        if slowest(vehicle) <= speed <= vehicle.limits.max_speed:
+            return Pose(rng.normal(size=2), rng.uniform(-pi, pi), speed, turn)
 
 
 @pytest.mark.parametrize("name", VEHICLES)
@@ -231,6 +241,7 @@ def test_commands_obey_the_limits_from_every_pose(name: str) -> None:
         wanted = actuators(vehicle, *decision.command).values
         assert np.all(wanted <= bounds.most + 1e-6)
         assert np.all(wanted >= bounds.least - 1e-6)
+        assert min(decision.command.speed, *decision.motions[:, 3]) >= slowest(vehicle) - 1e-12
         # The command leads to the motion that was judged.
         after = rolled(vehicle, pose, decision.command, 40)[-1]
         np.testing.assert_allclose([after.speed, after.turn], decision.motions[1, 3:], atol=1e-4)
@@ -248,14 +259,20 @@ def test_further_limits_of_a_drive_hold() -> None:
     assert 0.6 < np.abs(run.speeds).max() <= 0.7 + 1e-6
 
 
-@pytest.mark.parametrize("bearing", draws([1.5, 0.0, 3.1, -2.0], 2))
-@pytest.mark.parametrize("name", draws(["drive, service", "drive, with lag", "bicycle, robot", "bicycle, with lag"], 4))
+ON_ALL_SIDES = draws(
+    ["drive, service", "drive, with lag", "drive, forward only", "bicycle, robot", "bicycle, with lag"], 5
+)
+
+
+@pytest.mark.parametrize("bearing", draws([1.5, pi, 0.0, 3.1, -2.0], 2))
+@pytest.mark.parametrize("name", ON_ALL_SIDES)
 def test_goals_on_all_sides_are_reached_from_rest(name: str, bearing: float) -> None:
     robot = VehicleNavigator(VEHICLES[name], method("nao"), Disc(0.25))
     run = driven(robot, [], at(4.0 * cos(bearing), 4.0 * sin(bearing)), Pose((0.0, 0.0), 0.0), 400)
     assert run.arrived
     assert run.safe
     assert run.times[-1] < 9.0
+    assert run.speeds.min() >= slowest(robot.vehicle) - 1e-9
 
 
 def test_a_goal_within_the_turning_circle_is_reached() -> None:

@@ -136,6 +136,7 @@ def _navigator(kind: str, ego: Any, settings: dict[str, Any], dt: float) -> Navi
     fastest, most = ego.vel_max[:, 0].astype(np.float64), np.asarray(ego.info.acce, np.float64).reshape(-1)
     chosen, acceleration = method(settings["method"]), min(settings["max_acceleration"], float(most[0]))
     radius = float(np.linalg.norm(ego.original_vertices.T, axis=1).max())
+    backwards = max(0.0, -float(ego.vel_min[0, 0]))
     keywords = {"horizon": settings["horizon"], "margin": settings["margin"]}
     if ego.shape == "circle":
         radius = float(ego.radius) + hypot(*ego.original_centroid[:2, 0])
@@ -145,13 +146,13 @@ def _navigator(kind: str, ego: Any, settings: dict[str, Any], dt: float) -> Navi
     if kind == "diff":
         ratio = fastest[0] / fastest[1]
         wheels = min(acceleration, float(most[1]) * ratio if isfinite(most[1]) else acceleration)
-        drive = DifferentialDrive(2.0 * ratio, fastest[0], wheels, ahead=radius, period=dt)
+        drive = DifferentialDrive(2.0 * ratio, fastest[0], wheels, ahead=radius, period=dt, max_reverse_speed=backwards)
         return VehicleNavigator(drive, chosen, Disc(radius), **keywords)
     rate = min(settings["steering_rate"], float(most[1]))
     car = Bicycle(
         *(float(ego.wheelbase), float(fastest[1]), rate, float(fastest[0]), acceleration),
         period=dt,
-        max_reverse_speed=max(0.0, -float(ego.vel_min[0, 0])),
+        max_reverse_speed=backwards,
     )
     low_x, low_y, high_x, high_y = ego.original_geometry.bounds
     body = Rectangle(high_x - low_x, 2.0 * max(high_y, -low_y))

@@ -109,17 +109,12 @@ class Command(NamedTuple):
     turn: float
 
 
-def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bool, radius: float = 0.0) -> Goal:
+def goal_of_point(pose: Pose, goal: Goal, ahead: float, now: float, reverses: bool) -> Goal:
     """Goal of a point `ahead` [m] of the axle that brings the axle to `goal`.
 
     The point goes as far beyond the goal as it is ahead of the axle, seen from the axle. Within a distance of two times
-    `ahead` a vehicle that `reverses` may also come from the other side. Close to the goal its heading is kept. For a
-    path see `path_of_point`.
+    `ahead` a vehicle that `reverses` may also come from the other side. Close to the goal its heading is kept.
     """
-    has(pose, *POSE, "pose")
-    has(goal, *GOAL, "goal")
-    if isinstance(goal, PathGoal):
-        return path_of_point(goal, ahead, radius, reverses)[0]
     direction, displacement = pose.direction, goal.position(now) - pose.position
     if reverses and hypot(*displacement) < 2.0 * ahead and displacement @ direction < 0.0:
         displacement = -displacement
@@ -236,11 +231,6 @@ class Vehicle(ABC):
         """Limits of the point, for which wheels and steering suffice at some headings."""
 
     @property
-    def reverses(self) -> bool:
-        """Whether plans of the point drive the vehicle backwards, and it may arrive so."""
-        return not self.wheels.steered
-
-    @property
     @abstractmethod
     def holds(self) -> list[tuple[float, float]]:
         """Speeds [m/s] and turns that the vehicle may hold where no plan of the point is clear."""
@@ -271,14 +261,24 @@ class Vehicle(ABC):
 
     def goal(self, pose: Pose, goal: Goal, now: float = 0.0) -> Goal:
         """Goal of the point that brings the middle of the axle to `goal`."""
-        return goal_of_point(pose, goal, self.lever, now, self.reverses, self.least_radius)
+        has(pose, *POSE, "pose")
+        has(goal, *GOAL, "goal")
+        if isinstance(goal, PathGoal):
+            return path_of_point(goal, self.lever, self.least_radius, self.turns_on_spot)[0]
+        return goal_of_point(pose, goal, self.lever, now, self.backs and self.turns_on_spot)
 
     def command(self, motion: Array, end: Array) -> Command:
         """Command after which speed and turn are those of the motion `end` (5,), a period after `motion` (5,)."""
         speed, turn = kernels.executable(self.wheels, motion, end[3], end[4])
         # Where a wheel changes its speed at the largest rate, the mean of both commands is not that of one actuator.
-        fastest, most = self.wheels.max_axle, self.wheels.max_turn
-        return Command(min(max(float(speed), -fastest), fastest), min(max(float(turn), -most), most))
+        return self._within(Command(float(speed), float(turn)))
+
+    def _within(self, command: Command) -> Command:
+        """The nearest command within the largest speeds and turns."""
+        w = self.wheels
+        return Command(
+            min(max(command.speed, -w.max_reverse), w.max_axle), min(max(command.turn, -w.max_turn), w.max_turn)
+        )
 
     def drive(self, pose: Pose, command: Command, duration: float | None = None) -> Pose:
         """Pose after `duration` [s], by default the period, under a command.
@@ -294,8 +294,8 @@ class Vehicle(ABC):
         share = 1.0 if duration is None else not_negative(duration, "duration") / self.period
         if share > 1.0:
             raise InvalidInput(f"duration: expected at most the period, {self.period:g} s, found {duration:g} s")
-        motion = pose.motion
-        speed, turn = kernels.actuated(self.wheels, motion, float(command.speed), float(command.turn), False)
+        motion, (speed, turn) = pose.motion, self._within(Command(float(command.speed), float(command.turn)))
+        speed, turn = kernels.actuated(self.wheels, motion, speed, turn, False)
         kernels.drive(self.wheels, motion, speed, turn, 0.0, share, motion)
         return pose_of(motion)
 
@@ -445,6 +445,7 @@ class DifferentialDrive(Vehicle):
 
     Attributes:
         max_speed, max_acceleration: [m/s], [m/s^2] further limits of the point; None: by the wheels alone.
+        max_reverse_speed: [m/s] of the middle of the axle; 0: it never reverses; None: the largest speed.
         max_turn_rate, max_turn_acceleration: [rad/s], [rad/s^2]; None: by the wheels alone.
         min_turn_rate: [rad/s] the least one that is executed, as `min_speed`.
         See `Vehicle` for the others.
@@ -462,10 +463,11 @@ class DifferentialDrive(Vehicle):
     max_turn_rate: Annotated[float | None, positive] = None
     max_turn_acceleration: Annotated[float | None, positive] = None
     min_turn_rate: NotNegative = 0.0
+    max_reverse_speed: Annotated[float | None, not_negative] = None
 
     def __post_init__(self) -> None:
         check_fields(self)
-        refuse_least("min_speed", self.min_speed, self.limits.max_speed)
+        refuse_least("min_speed", self.min_speed, min(self.limits.max_speed, self._reverse or np.inf))
         refuse_least("min_turn_rate", self.min_turn_rate, self._turn_rate)
         if self.lags[0] != self.lags[1]:
             raise InvalidInput(
@@ -481,7 +483,7 @@ class DifferentialDrive(Vehicle):
             self.lever,
             self.track,
             speed,
-            speed,
+            self._reverse,
             self.limits.max_speed,
             acceleration,
             self._turn_rate,
@@ -494,6 +496,11 @@ class DifferentialDrive(Vehicle):
     @property
     def turning_radius(self) -> float:
         return self.lever
+
+    @property
+    def _reverse(self) -> float:
+        most = self.limits.max_speed
+        return most if self.max_reverse_speed is None else min(self.max_reverse_speed, most)
 
     @property
     def _turn_rate(self) -> float:
@@ -509,9 +516,10 @@ class DifferentialDrive(Vehicle):
 
     @property
     def holds(self) -> list[tuple[float, float]]:
-        speeds = [*HELD_SPEEDS, *(-share for share in HELD_BACKWARDS)]
+        speeds = [share * self.limits.max_speed for share in HELD_SPEEDS]
+        speeds += [-share * self._reverse for share in HELD_BACKWARDS if self.backs]
         turns = [turn * min(HELD_TURN_RATE, self._turn_rate) for turn in both_sides(HELD_TURNS)]
-        return [(share * self.limits.max_speed, turn) for share in speeds for turn in turns]
+        return [(speed, turn) for speed in speeds for turn in turns]
 
     @property
     def limits(self) -> Limits:

@@ -312,7 +312,7 @@ def direct_ways(vehicle: Vehicle, motion: Array, goal: Goal, now: float) -> list
         there = vehicle.turns_on_spot and hypot(*(place - pose[:2])) <= goal.tolerance
         end = np.array([*(pose if there else place)[:2], goal.heading])
         if vehicle.turns_on_spot:
-            found = turn_and_drive(pose, end)
+            found = turn_and_drive(pose, end, backs)
         else:
             found = reeds_shepp(pose, end, radius) if backs else dubins(pose, end, radius)
     times = [duration(vehicle, way) for way in found]
@@ -325,7 +325,7 @@ def direct_ways(vehicle: Vehicle, motion: Array, goal: Goal, now: float) -> list
 def duration(vehicle: Vehicle, way: Way) -> float:
     """The time [s] of a way at the largest speeds, with a stop at each change of direction."""
     forwards, fastest = vehicle.limits.max_speed, vehicle.limits.max_acceleration
-    backwards = forwards if vehicle.turns_on_spot else max(vehicle.wheels.max_reverse, CREEPING)
+    backwards = max(vehicle.wheels.max_reverse, CREEPING)
     driven = sum(arc.length / forwards if arc.length > 0.0 else -arc.length / backwards for arc in way)
     turned = sum(abs(arc.turn) / vehicle.wheels.max_turn for arc in way if arc.length == 0.0)
     return driven + turned + reversals(way) * (forwards + backwards) / fastest

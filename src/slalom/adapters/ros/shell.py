@@ -29,6 +29,8 @@ class NodeSettings:
         Distance of two driven wheels [m]; by default the robot moves in every direction.
     ahead
         Distance of the point that decides ahead of the axle [m], with --track; by default half the track.
+    max_reverse_speed
+        Largest speed backwards [m/s], with --track; by default max-speed; 0: never.
     lag
         Time in which the wheels approach their commanded speeds by 63 % [s], with --track.
     delay
@@ -72,6 +74,7 @@ class NodeSettings:
     max_acceleration: float = 1.0
     track: float | None = None
     ahead: float | None = None
+    max_reverse_speed: float | None = None
     lag: float = 0.0
     delay: float = 0.0
     period: float = 0.1
@@ -109,8 +112,9 @@ class NodeSettings:
             limits = Limits(self.max_speed, self.max_acceleration)
             navigator = Navigator(chosen, body, limits, period=self.period, **settings)
         else:
+            given = ("ahead", "period", "lag", "delay", "max_reverse_speed")
             wheels = self.track, self.max_speed, self.max_acceleration
-            drive = DifferentialDrive(*wheels, ahead=self.ahead, period=self.period, lag=self.lag, delay=self.delay)
+            drive = DifferentialDrive(*wheels, **{name: getattr(self, name) for name in given})
             navigator = VehicleNavigator(drive, chosen, body, **settings)
         motion = ConstantVelocityFilter(self.acceleration_error, self.position_error)
         tracker = Tracker(filter=motion, max_age=self.max_age)

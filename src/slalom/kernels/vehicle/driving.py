@@ -151,7 +151,7 @@ def within_limits(w: Wheels, m: Array, speed: float, turn: float) -> tuple[float
         fastest = reached(m[3], w.max_speed, w.max_acceleration, h, w.lag)
         return executed(w, m, min(max(speed, slowest), fastest), turn)
     # Wheels with a lag would be commanded to a higher speed than the one that they are to reach.
-    slowest = reached(m[3], -w.max_axle, w.max_acceleration, h, w.lag)
+    slowest = reached(m[3], -w.max_reverse, w.max_acceleration, h, w.lag)
     fastest = reached(m[3], w.max_axle, w.max_acceleration, h, w.lag)
     speed = min(max(speed, slowest), fastest)
     half = 0.5 * w.base
@@ -162,6 +162,11 @@ def within_limits(w: Wheels, m: Array, speed: float, turn: float) -> tuple[float
     low_right = reached(right, -w.max_speed, w.max_acceleration, h, w.lag)
     high_right = reached(right, w.max_speed, w.max_acceleration, h, w.lag)
     difference = min(max(w.base * turn, low_right - high_left), high_right - low_left)
+    if w.max_reverse < w.max_axle:
+        # Where wheels change at their largest rate, their commands differ from those of the mean.
+        apart = command_for(0.5 * (right - left), 0.5 * difference, w.max_acceleration, h, w.lag)
+        low_left = max(low_left, reached(left, -w.max_reverse - apart, w.max_acceleration, h, w.lag))
+        low_right = max(low_right, reached(right, apart - w.max_reverse, w.max_acceleration, h, w.lag))
     low = max(low_left, low_right - difference)
     high = min(high_left, high_right - difference)
     slower = min(max(speed - 0.5 * difference, low), high)
@@ -244,6 +249,14 @@ def aimed(w: Wheels, m: Array, x: float, y: float) -> tuple[float, float]:
     half = 0.5 * w.period
     turn = m[4]
     if not w.steered:
+        if w.max_reverse < w.max_axle:
+            # A drive turns by what it cannot drive backwards, as if that was to its side.
+            c = np.cos(m[2])
+            s = np.sin(m[2])
+            excess = max(-w.max_reverse - (x * c + y * s), 0.0)
+            aside = excess if y * c >= x * s else -excess
+            x += excess * c - aside * s
+            y += excess * s + aside * c
         for _ in range(TURN_STEPS):
             angle = m[2] + half * (m[4] + turn)
             c = np.cos(angle)
@@ -482,7 +495,7 @@ def allowed_on_arc(
     h = w.period
     a = BRAKING * w.max_acceleration
     bend = curvature(arcs, k)
-    speed = fastest if arcs[k, 0] > 0.0 or not w.steered else min(fastest, w.max_reverse)
+    speed = fastest if arcs[k, 0] > 0.0 else min(fastest, w.max_reverse)
     if bend != 0.0:
         speed = min(speed, np.sqrt(w.max_acceleration / abs(bend)))
     rest = left

@@ -20,8 +20,8 @@ class Wheels(NamedTuple):
     lever: float  # [m] of the point ahead of the axle
     base: float  # [m] the wheelbase of a bicycle, the track of a drive
     max_speed: float  # [m/s] of a bicycle forwards, of each wheel of a drive in both directions
-    max_reverse: float  # [m/s] of a bicycle backwards
-    max_axle: float  # [m/s] commanded to the middle of the axle, in both directions
+    max_reverse: float  # [m/s] commanded to the middle of the axle backwards
+    max_axle: float  # [m/s] commanded to the middle of the axle forwards
     max_acceleration: float  # [m/s^2] of a bicycle, of each wheel of a drive
     max_turn: float  # [rad] steering angle, [rad/s] turn rate of a drive
     max_turn_change: float  # [rad/s] steering rate, [rad/s^2] angular acceleration of a drive
