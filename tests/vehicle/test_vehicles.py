@@ -283,6 +283,21 @@ def test_a_goal_within_the_turning_circle_is_reached() -> None:
         assert run.arrived
 
 
+@pytest.mark.parametrize("kind", ["drive", "bicycle"])
+def test_a_vehicle_that_does_not_back_turns_before_it_is_at_a_wall(kind: str) -> None:
+    """It would have no way from there. The end of the wall is 0.9 m to the side."""
+    if kind == "drive":
+        robot = VehicleNavigator(DRIVES["forward only"], method("nao"), Rectangle(0.6, 0.45), 0.1)
+    else:
+        robot = VehicleNavigator(BICYCLES["robot"], method("nao"), Rectangle(0.7, 0.4), 0.2)
+    obstacles = [wall((2.6, 0.9), (2.6, -5.0))]
+    run = driven(robot, obstacles, at(6.0, -0.5), Pose((0.0, 0.0), 0.0))
+    assert run.arrived
+    assert run.safe
+    assert run.speeds.min() >= -1e-9
+    assert least_gap(run, robot, obstacles) > 0.0
+
+
 def test_a_drive_turns_in_place() -> None:
     """A goal beside it: the axle stays nearly where it is while the drive turns."""
     robot = VehicleNavigator(DRIVES["service"], method("nao"), Disc(0.25))

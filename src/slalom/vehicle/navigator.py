@@ -57,7 +57,6 @@ from slalom.vehicle.ways import (
     direct_ways,
     followed,
     geometry,
-    is_direct,
     is_for,
     same_goal,
     search,
@@ -337,8 +336,7 @@ class VehicleNavigator(SharedSettings):
         should as a plan among obstacles at rest does, which leads to a point ahead and is slow before corners, until it
         stalls.
         """
-        left = hypot(*(way[-1] - moment.pose.position))
-        if moment.to is None or left <= moment.to.tolerance + 2.0 * self.vehicle.turning_radius:
+        if self._is_close(moment, way):
             return -np.inf
         now, then = self._cost(plan.motions[:1], way), self._cost(plan.motions, way)
         free = min(self.horizon * self.vehicle.limits.max_speed, now)
@@ -350,21 +348,26 @@ class VehicleNavigator(SharedSettings):
         """The first clear motion along a way to the goal, and why a search found none.
 
         The way that it is on comes first, also slowly and with a stop on it; then direct ones. A vehicle that stands,
-        and is not on its way, searches among the obstacles at rest.
+        and is not on its way, searches among the obstacles at rest: to a place where it stalls, but one that does not
+        back where its plan ends. It stops for that, since it could not leave the place where it would stall.
         """
         goal, previous = moment.to, moment.previous
         motion = moment.pose.motion
-        if goal is None or isinstance(goal, PathGoal) or not is_direct(self.vehicle, goal, moment.now):
+        backs = self.vehicle.backs
+        if goal is None or isinstance(goal, PathGoal) or np.any(goal.velocity(moment.now)):
             return None, None
-        # Towards a place plans of the point lead around others; a vehicle that parks waits for them.
-        waits = goal.heading is not None and (previous is None or previous.stalled < self.reverse_after)
+        direct = goal.heading is not None or not self.vehicle.turns_on_spot
+        if backs and not direct:
+            return None, None
+        # Towards a place plans of the point lead around others; a vehicle that parks, or does not back, waits for them.
+        waits = not (backs and goal.heading is None) and (previous is None or previous.stalled < self.reverse_after)
         before = None if previous is None else previous.way
         on_it = before is not None and before.error(moment.now, motion) <= OFF_WAY * self.vehicle.wheels.base
         if before is not None and on_it and is_for(before, goal, moment.now) and not self._missed(moment, before):
             found = self._along(moment, before, keep, waits)
             if found is not None:
                 return found, None
-        for way in direct_ways(self.vehicle, motion, goal, moment.now):
+        for way in direct_ways(self.vehicle, motion, goal, moment.now) if direct else ():
             if self._is_free(moment, way, 0.0):
                 careful = not self._is_free(moment, way, self.margin)
                 at_begin = begun(self.vehicle, motion, way, goal, moment.now, careful)
@@ -374,7 +377,11 @@ class VehicleNavigator(SharedSettings):
         if previous is not None and previous.no_way is not None and same_goal(previous.goal, goal, moment.now):
             return None, previous.no_way
         stalls = previous is not None and previous.stalled >= self.reverse_after
-        if abs(moment.pose.speed) > CREEPING or not (stalls or goal.heading is not None):
+        ends = not backs and goal.heading is None and (stalls or self._ends_early(moment))
+        if ends and abs(moment.pose.speed) > CREEPING:
+            stop = self._braking(moment)._replace(outcome=Outcome.CONSTRAINED)
+            return (stop if self._contact(moment, stop.motions, keep) == np.inf else None), None
+        if abs(moment.pose.speed) > CREEPING or not (stalls or ends or goal.heading is not None):
             return None, None
         around = [one for _, one in self._at_rest(moment)]
         searched = search(self.vehicle, motion, goal, moment.now, self.body, self.center, around, self.margin)
@@ -382,6 +389,23 @@ class VehicleNavigator(SharedSettings):
             return None, searched
         at_begin = begun(self.vehicle, motion, searched.way, goal, moment.now, careful=True)
         return self._along(moment, at_begin, keep, waits=True), None
+
+    def _ends_early(self, moment: Moment) -> bool:
+        """Whether the plan leads hardly nearer to the goal, and a new one among obstacles at rest alone does not."""
+        way = self._target(moment)
+        if self._is_close(moment, way) or not self._is_slow(self._following(moment, moment.plan).motions, way):
+            return False
+        return self._is_slow(self._alone(moment), way)
+
+    def _is_close(self, moment: Moment, way: Array) -> bool:
+        """Whether the end of a polyline (m, 2) [m] is so close that the vehicle turns there."""
+        left = hypot(*(way[-1] - moment.pose.position))
+        return moment.to is None or left <= moment.to.tolerance + 2.0 * self.vehicle.turning_radius
+
+    def _is_slow(self, motions: Array, way: Array) -> bool:
+        """Whether motions (k, 5) come nearer to the end of a polyline by less than SLOW of the free way."""
+        now = self._cost(motions[:1], way)
+        return now - self._cost(motions, way) < SLOW * min(self.horizon * self.vehicle.limits.max_speed, now)
 
     def _missed(self, moment: Moment, way: Following) -> bool:
         """Whether a vehicle stands at the end of a way, and not at the goal."""

@@ -292,12 +292,6 @@ def followed(
     return motions, way._replace(start=now, at=at, driven=there)
 
 
-def is_direct(vehicle: Vehicle, goal: Goal, now: float) -> bool:
-    """Whether a vehicle drives to a goal along ways: where plans of its point do not lead it there."""
-    rests = not np.any(goal.velocity(now))
-    return rests and (goal.heading is not None or not vehicle.turns_on_spot)
-
-
 def direct_ways(vehicle: Vehicle, motion: Array, goal: Goal, now: float) -> list[Way]:
     """Ways from a motion (5,) to a goal at rest, the quickest first, whatever is in the way.
 
