@@ -347,13 +347,11 @@ class VehicleNavigator(SharedSettings):
     def _on_way(self, moment: Moment, keep: Array) -> tuple[Proposal | None, WayFound | None]:
         """The first clear motion along a way to the goal, and why a search found none.
 
-        The way that it is on comes first, also slowly and with a stop on it; then direct ones. A vehicle that stands,
-        and is not on its way, searches among the obstacles at rest: to a place where it stalls, but one that does not
-        back where its plan ends. It stops for that, since it could not leave the place where it would stall.
+        The way that it is on comes first, also with a stop on it; then direct ones. One that stands searches: to a
+        place where it stalls, without a reverse where its plan ends, since it could not leave the place of a stall.
         """
         goal, previous = moment.to, moment.previous
-        motion = moment.pose.motion
-        backs = self.vehicle.backs
+        motion, backs = moment.pose.motion, self.vehicle.backs
         if goal is None or isinstance(goal, PathGoal) or np.any(goal.velocity(moment.now)):
             return None, None
         direct = goal.heading is not None or not self.vehicle.turns_on_spot
@@ -362,9 +360,9 @@ class VehicleNavigator(SharedSettings):
         # Towards a place plans of the point lead around others; a vehicle that parks, or does not back, waits for them.
         waits = not (backs and goal.heading is None) and (previous is None or previous.stalled < self.reverse_after)
         before = None if previous is None else previous.way
-        on_it = before is not None and before.error(moment.now, motion) <= OFF_WAY * self.vehicle.wheels.base
-        if before is not None and on_it and is_for(before, goal, moment.now) and not self._missed(moment, before):
-            found = self._along(moment, before, keep, waits)
+        if before is not None and is_for(before, goal, moment.now) and not before.missed(moment.now, moment.pose):
+            on_it = before.error(moment.now, motion) <= OFF_WAY * self.vehicle.wheels.base
+            found = self._along(moment, before, keep, waits) if on_it else None
             if found is not None:
                 return found, None
         for way in direct_ways(self.vehicle, motion, goal, moment.now) if direct else ():
@@ -406,13 +404,6 @@ class VehicleNavigator(SharedSettings):
         """Whether motions (k, 5) come nearer to the end of a polyline by less than SLOW of the free way."""
         now = self._cost(motions[:1], way)
         return now - self._cost(motions, way) < SLOW * min(self.horizon * self.vehicle.limits.max_speed, now)
-
-    def _missed(self, moment: Moment, way: Following) -> bool:
-        """Whether a vehicle stands at the end of a way, and not at the goal."""
-        pose = moment.pose
-        if way.place(moment.now)[0] < len(way.arcs) or abs(pose.speed) > CREEPING:
-            return False
-        return not way.goal.reached(pose.position, pose.velocity, moment.now, pose.heading)
 
     def _along(self, moment: Moment, way: Following, keep: Array, waits: bool) -> Proposal | None:
         """The fastest clear motion along a way; None if none is. waits: whether to stop on it is one."""

@@ -28,7 +28,7 @@ from slalom.obstacle import Obstacle
 from slalom.vehicle.curves import Way, dubins, ends, reeds_shepp, reversals, to_place, turn_and_drive
 from slalom.vehicle.search import NONE, Candidate, Driving, Field, Judge, Search, arcs_of, joints, shortened
 from slalom.vehicle.sweep import Scene, convex_bodies, outline
-from slalom.vehicle.vehicle import Vehicle
+from slalom.vehicle.vehicle import Pose, Vehicle
 
 WIDER: Final = (1.0, 1.5, 2.5)
 """[1] Radii of direct curves from the start to the goal, in least radii. More: more work for the first way. Fewer:
@@ -254,6 +254,12 @@ class Following(NamedTuple):
             return float(hypot(*(motion[:2] - self.poses[min(k + 1, len(self.arcs)), :2])))
         length, turn = self.arcs[k].tolist()
         return abs(float(kernels.on_arc(motion, self.poses[k], length, turn, driven)[1]))
+
+    def missed(self, now: float, pose: Pose) -> bool:
+        """Whether a vehicle at a pose stands at the end of the way, and not at the goal."""
+        if self.place(now)[0] < len(self.arcs) or abs(pose.speed) > CREEPING:
+            return False
+        return not self.goal.reached(pose.position, pose.velocity, now, pose.heading)
 
 
 def begun(vehicle: Vehicle, motion: Array, way: Way, goal: Goal, now: float, careful: bool) -> Following:
