@@ -125,6 +125,7 @@ from .model.uncertainty import (
 )
 from .obstacle import Headings as Headings, Obstacle as Obstacle
 from .obstacle.occupancy import OccupancyTable as OccupancyTable, occupancy as occupancy
+from .obstacle.scan import Scan as Scan, scan as scan
 from .obstacle.table import ObstacleTable as ObstacleTable
 from .obstacle.tracks import Tracks as Tracks
 from .obstacle.window import ObstacleWindow as ObstacleWindow

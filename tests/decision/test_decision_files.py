@@ -100,6 +100,7 @@ def grid(*_: object) -> list:
     return [
         slalom.occupancy(np.array([[0, 0, 100], [0, 100, 100]]), 0.5, (2.0, -0.6, 0.1)),
         slalom.ObstacleTable(KNOWN),
+        slalom.scan([6.0, np.inf], [0.4, 0.5]),
     ]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from slalom import occupancy, read_map
+from slalom import occupancy, read_map, scan
 from slalom.io import walls_child
 
 KEYS = {
@@ -97,6 +97,8 @@ OF_GRIDS: dict[str, Callable[[Path], object]] = {
     r"part: expected cells within 4 x 3, found columns 3 to 4 and rows 0 to 1": lambda _: occupancy(CELLS, 0.1).updated(
         np.zeros((2, 2), np.int8), 0, 3
     ),
+    r"ranges: expected numbers, found others": lambda _: scan(["far"], [0.0]),
+    r"ranges: expected an array of shape \(n,\), found shape \(1, 1\)": lambda _: scan([[1.0]], [0.0]),
     r"part: expected whole numbers": lambda _: occupancy(CELLS, 0.1).updated([[0.5]]),
     r"row: expected a whole number": lambda _: occupancy(CELLS, 0.1).updated([[0]], -1),
     r"origin: expected": lambda _: occupancy(CELLS, 0.1).at((1.0, 2.0)),

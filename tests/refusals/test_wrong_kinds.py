@@ -362,6 +362,17 @@ CALLS: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "unknown": True,
         },
     ),
+    "scan": (
+        lambda **given: ROBOT.decide(STATE, slalom.scan(**given), GOAL),
+        {
+            "ranges": [4.0, 5.0],
+            "angles": [0.0, 0.1],
+            "pose": (0.0, 0.0, 0.0),
+            "radius": 0.1,
+            "min_range": 0.1,
+            "max_range": 9.0,
+        },
+    ),
     "OccupancyTable.updated": (
         slalom.occupancy(np.zeros((3, 3), np.int8), 0.5).updated,
         {"part": [[100]], "row": 1, "column": 1},
@@ -640,6 +651,7 @@ OTHER_NAMES: dict[tuple[str, str], tuple[str, ...]] = {
     ("Scenario", "obstacles"): ("obstacle",),
     ("Sight.look", "state"): ("sight",),
     ("Driver", "walls"): ("obstacles",),
+    ("scan", "ranges"): ("angles",),
     ("Driver.see", "detections"): ("obstacle", "id"),
 }
 """Further names of what an argument holds."""

@@ -44,6 +44,7 @@ from slalom.model.trajectory import TRAJECTORIES, Composite, Trajectory
 from slalom.model.uncertainty import UNCERTAINTIES, Adjusted, Covering, Uncertainty
 from slalom.obstacle import Headings, Obstacle
 from slalom.obstacle.occupancy import Frame, OccupancyTable, Runs
+from slalom.obstacle.scan import Scan
 from slalom.obstacle.table import ObstacleTable
 from slalom.obstacle.tracks import Tracks
 
@@ -60,7 +61,7 @@ TABLES: Final[Tables] = {
 _OWN: Final = (
     *(Adjusted, Approach, Commitment, Composite, Continuation, Covering, Decision, DecisionInputs, Frame, FromModels),
     *(FromPast, Goal, HalfSpace, Headings, Limits, Manoeuvre, Method, Navigator, Obstacle, ObstacleTable),
-    *(OccupancyTable, Outcome, Path, PathGoal, Risk, Runs, State, Tracks),
+    *(OccupancyTable, Outcome, Path, PathGoal, Risk, Runs, Scan, State, Tracks),
 )
 KINDS: Final[dict[str, type]] = {cls.__name__: cls for cls in _OWN}
 """Classes in files by their names there, besides those of the tables of parts; packages add theirs."""
