@@ -4,7 +4,7 @@ from math import pi
 from pathlib import Path
 
 import slalom
-from slalom.sim import Robot, Scenario, compare, data_frame
+from slalom.sim import Robot, Scenario, compare
 from slalom.view import save, sets
 
 
@@ -23,7 +23,7 @@ if __name__ == "__main__":
 
     folder = Path(mkdtemp())
     table = compare(f"{__file__}:build", ["vo", "nlvo", "ao", "nao"], 10, store=folder / "runs")
-    frame = data_frame([table])[["method", "runs_with_collision", "time", "adjustments"]]
-    frame.to_csv(folder / "circles.csv")
-    print(frame.to_string(index=False))
+    table.to_csv(folder / "circles.csv")
+    save(table.figure(), folder / "circles.pdf")
+    print(table.to_latex(folder / "circles.tex"))
     save(sets(slalom.sim.load(f"{__file__}:build", seed=1), columns=1), folder / "sets.pdf")

@@ -438,9 +438,6 @@ def test_a_study_of_lists_is_a_table_and_a_figure(say: Say) -> None:
     body = lines[lines.index(r"\midrule") + 1 : lines.index(r"\bottomrule")]
     assert [tuple(map(float, line.split(" & ")[:2])) for line in body] == expected
     assert Path("c.svg").read_text().count("margin") >= 1
-    assert say("compare", "head_on", "--methods", "nao", "--set", "offset=0", "--figure", "d.svg").err == (
-        "--figure: expected a study with several values of a setting, found none\n"
-    )
 
 
 def test_settings_without_effect_are_named_once(say: Say) -> None:

@@ -1354,7 +1354,6 @@ REFUSED: dict[str, Callable[[Path], object]] = {
     r"--out: expected a file that ends in \.csv or \.tex, found .*a\.txt": command(
         "compare", "empty", "--out", "{}/a.txt"
     ),
-    r"--figure: expected a study with several values of a setting": command("compare", "empty", "--figure", "{}/a.svg"),
     r"--figure: expected margin in all rows of the study": lambda _: axis_of([{"margin": 1.0}, {"margin": 2.0}, {}]),
     r"margin: expected at least one number, found none": lambda _: grid({"margin": []}),
     r"--set: expected each name once, found 'margin' twice": command(

@@ -276,6 +276,22 @@ def test_tables_are_the_same_as_csv_data_frame_and_latex() -> None:
     assert "scenario: head_on duration=0.3; " in told
 
 
+def test_a_comparison_writes_its_files_and_its_figure(tmp_path: Path) -> None:
+    """As the command does. Without a setting of several values the methods are on the axis; a store changes nothing."""
+    methods = ["vo", "nao"]
+    table = compare("head_on", methods, 2, settings={"duration": 0.3}, store=tmp_path / "runs")
+    assert compare_all([Row("head_on", {"duration": 0.3}, methods, 2)]) == [table]
+    assert table.to_csv(tmp_path / "a.csv") == csv_text([table]) == (tmp_path / "a.csv").read_text()
+    assert table.to_latex(tmp_path / "a.tex") == latex_text([table]) == (tmp_path / "a.tex").read_text()
+    axes = table.figure().axes
+    assert [[tick.get_text() for tick in ax.get_xticklabels()] for ax in axes] == [methods, methods]
+    tables = compare_all([Row("empty", each, methods, 1) for each in grid({"margin": [0.1, 0.2], "duration": 12.0})])
+    assert [ax.get_xlabel() for ax in tables.figure().axes] == ["margin", "margin"]
+    bars = tables.figure().axes[1].containers[-1]
+    assert bars[0].get_ydata() == pytest.approx([row["time"] for row in flat(tables) if row["method"] == "nao"])
+    assert tables.to_csv().count("\n") == 5
+
+
 class Interrupted(Exception):
     """What stops a sweep in a test."""
 

@@ -30,15 +30,13 @@ from slalom.cli.console import (
 from slalom.cli.options import Look, drawable, refuse_without
 from slalom.cli.report import page_text, table_text
 from slalom.cli.running import print_notes, refuse_run
-from slalom.sim.sweep.tables import WRITERS, writer_of
+from slalom.sim.sweep.tables import NAMES, WRITERS, writer_of
 
 if TYPE_CHECKING:
     from slalom.sim.sweep.study import Study
 
 
 Tables = Annotated[list[Path] | None, Parameter(name=("--out", "--csv"), consume_multiple=True, negative=())]
-NAMES = "surrogateescape"
-"""A name of a file that the encoding of the system does not have is written as its bytes."""
 WORK = Group("Where runs are made and kept", sort_key=1)
 
 
@@ -92,7 +90,8 @@ class Written:
         Write the table with confidence intervals to these files, .csv or .tex (LaTeX); also if they exist. One row for
         each scenario and method, and a column for each setting that differs.
     figure
-        Draw success and last arrival over the setting with the most values to this .svg, .pdf or .png file.
+        Draw success and last arrival over the setting with the most values, or else over the methods, to this .svg,
+        .pdf or .png file.
     force
         Replace a page that exists.
     """
@@ -108,7 +107,7 @@ class Written:
 
         Raises:
             InvalidInput: a file that would hold a `part` of the runs only; a page that exists, without `force`; another
-                suffix; a table that is one of the sources; a study that has no figure.
+                suffix; a table that is one of the sources; a setting of the figure that some rows do not have.
         """
         tables = self.out or []
         for option, paths in (("--page", [self.page]), ("--out", tables), ("--figure", [self.figure])):

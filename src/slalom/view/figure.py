@@ -337,17 +337,19 @@ APART: Final = 0.012
 """[1] Distance of the marks of two lines at one value, as a share of the axis, so that intervals are seen apart."""
 
 
-def axis_of(settings: Sequence[Mapping[str, float]]) -> str:
+def axis_of(settings: Sequence[Mapping[str, float]]) -> str | None:
     """Return the setting on the horizontal axis: that with the most values, of equal ones the last.
 
+    None if no setting has several values: then methods are on the axis.
+
     Raises:
-        InvalidInput: no setting has several values; scenarios without a value of it.
+        InvalidInput: scenarios without a value of it.
     """
     names = dict.fromkeys(name for one in settings for name in one)
     counts = {name: len({one[name] for one in settings if name in one}) for name in names}
     most = max(counts.values(), default=0)
     if most < 2:
-        raise InvalidInput("--figure: expected a study with several values of a setting, found none")
+        return None
     chosen = [name for name, count in counts.items() if count == most][-1]
     if any(chosen not in one for one in settings):
         raise InvalidInput(f"--figure: expected {chosen} in all rows of the study, found rows without it")
@@ -358,7 +360,8 @@ def study(tables: Sequence[Mapping[str, Any]]) -> Figure:
     """Draw success and mean last arrival of a study over the setting with the most values, with 95 % intervals.
 
     A line for each scenario, method and combination of the other settings: the settings choose the colour, scenario and
-    method the dashes; with one combination only, the method chooses the colour.
+    method the dashes; with one combination only, the method chooses the colour. Where no setting has several values,
+    the methods are on the axis, with marks for each scenario.
 
     Args:
         tables: results of `slalom.sim.compare_all`.
@@ -368,37 +371,44 @@ def study(tables: Sequence[Mapping[str, Any]]) -> Figure:
     """
     x = axis_of([table["settings"] for table in tables])
     others = [name for name in varied(tables) if name != x]
+    ticks = list(dict.fromkeys(method for table in tables for method in table["methods"])) if x is None else []
     lines: dict[tuple[str, str], list[tuple[float, Mapping[str, Any]]]] = {}
     several = len({table["scenario"] for table in tables}) > 1
     for table in tables:
         own = ", ".join(f"{name} {table['settings'][name]:g}" for name in others if name in table["settings"])
-        where = f"{scenario_text(str(table['scenario']), {})}, " if several else ""
+        where = scenario_text(str(table["scenario"]), {}) if several else ""
         for method, row in table["methods"].items():
-            lines.setdefault((own, f"{where}{method}"), []).append((table["settings"][x], row))
-    owns, methods = (list(dict.fromkeys(key[k] for key in lines)) for k in (0, 1))
+            parts = [where] if x is None else [where, method]
+            at = ticks.index(method) if x is None else table["settings"][x]
+            lines.setdefault((own, ", ".join(filter(None, parts))), []).append((at, row))
+    owns, names = (list(dict.fromkeys(key[k] for key in lines)) for k in (0, 1))
     with style():
-        figure = Figure(figsize=(PAGE, 2.9 + 0.13 * max(0, len(owns) + len(methods) - 4)), layout="constrained")
+        figure = Figure(figsize=(PAGE, 2.9 + 0.13 * max(0, len(owns) + len(names) - 4)), layout="constrained")
         axes = figure.subplots(1, 2)
         spread = APART * float(np.ptp([value for points in lines.values() for value, _ in points]))
         handles = []
-        for k, ((own, method), points) in enumerate(lines.items()):
-            first, second = (owns.index(own), methods.index(method)) if len(owns) > 1 else (methods.index(method), 0)
+        for k, ((own, name), points) in enumerate(lines.items()):
+            first, second = (owns.index(own), names.index(name)) if len(owns) > 1 else (names.index(name), 0)
             look: dict[str, Any] = {
                 "color": COLOURS[first % len(COLOURS)],
-                "linestyle": DASHES[second % len(DASHES)],
+                "linestyle": "" if x is None else DASHES[second % len(DASHES)],
                 "marker": MARKS[(first // len(COLOURS) + second) % len(MARKS)],
             }
             points = sorted(points, key=lambda point: point[0])
             shift = spread * (k - 0.5 * (len(lines) - 1))
             _line(axes[0], points, "runs_successful", look, shift, 100.0)
             _line(axes[1], points, "time", look, shift, 1.0)
-            handles.append(Line2D([], [], label=", ".join(part for part in (own, method) if part), **look))
-        axes[0].set(xlabel=x, ylabel="runs with success [%]", ylim=(-4.0, 104.0))
-        axes[1].set(xlabel=x, ylabel="mean last arrival [s]")
+            handles.append(Line2D([], [], label=", ".join(filter(None, (own, name))), **look))
+        axes[0].set(xlabel=x or "", ylabel="runs with success [%]", ylim=(-4.0, 104.0))
+        axes[1].set(xlabel=x or "", ylabel="mean last arrival [s]")
         for ax in axes:
             ax.grid(axis="y", color=INK, alpha=0.12, linewidth=0.5)
             ax.spines[["top", "right"]].set_visible(False)
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(3, len(handles)))
+            if ticks:
+                ax.set_xticks(range(len(ticks)), ticks, rotation=30, ha="right", rotation_mode="anchor")
+                ax.set_xlim(-0.5, len(ticks) - 0.5)
+        if len(lines) > 1 or x is not None:
+            figure.legend(handles=handles, loc="outside lower center", ncols=min(3, len(handles)))
     return figure
 
 

@@ -45,6 +45,7 @@ from slalom.sim.sweep.case import (
 )
 from slalom.sim.sweep.pool import map_surviving_kills, working_with
 from slalom.sim.sweep.store import MISSING, OTHER, Result, Shard, Store
+from slalom.sim.sweep.tables import Comparison, Comparisons
 
 PERCENTILES: Final = (50, 75, 90)
 """[%] Percentiles of the extra time in a row."""
@@ -188,7 +189,7 @@ def compare(
     adopt: bool = False,
     progress: Callable[[int, int], None] | None = None,
     note: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> Comparison:
     """Compare methods on the same `seeds` scenarios (seeds 0, 1, ...), see `compare_all`.
 
     Args:
@@ -196,6 +197,7 @@ def compare(
         methods: names or objects. metrics: names of `metrics.METRICS`, or functions of a recording.
 
     Returns:
+        A dictionary with the methods `to_csv`, `to_latex` and `figure` of `Comparison`:
         {"scenario", "seeds", "settings", "deterministic", "methods": {name: {"runs", "distinct_runs",
         "runs_with_collision", "runs_all_arrived", "runs_successful", "adjustments", "jerk", "efficacy", "time",
         "extra_time", "min_clearance", "outcomes", "failures", "guided"}}}:
@@ -225,7 +227,7 @@ def compare_all(
     merge: bool = False,
     progress: Callable[[int, int], None] | None = None,
     note: Callable[[str], None] | None = None,
-) -> list[dict[str, Any]]:
+) -> Comparisons:
     """Return the table of `compare` for each row: the same to the bit for any `jobs` and `backend`, interrupted or not.
 
     A scenario that a method cannot run (some take discs only) is a failure in the row. So is a run whose process is
@@ -277,7 +279,7 @@ def compare_all(
             results[key] = result
             if progress:
                 progress(len(results), len(cases))
-    return [_table(row, [results[case.key] for case in made]) for row, made in zip(rows, plan)]
+    return Comparisons(_table(row, [results[case.key] for case in made]) for row, made in zip(rows, plan))
 
 
 def _refuse_kinds(
@@ -371,20 +373,16 @@ def _recalled(store: Store | None, cases: Iterable[Case]) -> dict[str, Result]:
     return dict(store.read(cases)) if store is not None else {}
 
 
-def _table(row: Row, results: Sequence[Result]) -> dict[str, Any]:
+def _table(row: Row, results: Sequence[Result]) -> Comparison:
     """Return the table of `compare` from the results of the cases of the row."""
     same = is_deterministic(row.scenario, row.settings)
     parts = [results[first : first + row.seeds] for first in range(0, len(results), row.seeds)]
-    return {
-        "scenario": row.name,
-        "seeds": row.seeds,
-        "settings": dict(row.settings),
-        "deterministic": same,
-        "methods": {
-            name: aggregate(part, same) | {"guided": is_guided(row.scenario, row.settings, given)}
-            for (name, (given, _)), part in zip(_contenders(row).items(), parts, strict=True)
-        },
+    methods = {
+        name: aggregate(part, same) | {"guided": is_guided(row.scenario, row.settings, given)}
+        for (name, (given, _)), part in zip(_contenders(row).items(), parts, strict=True)
     }
+    settings = dict(row.settings)
+    return Comparison(scenario=row.name, seeds=row.seeds, settings=settings, deterministic=same, methods=methods)
 
 
 def flat(tables: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:

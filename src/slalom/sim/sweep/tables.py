@@ -3,26 +3,28 @@
 import csv
 import re
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any, Final
 
 from slalom.base.errors import Extra, InvalidInput
+from slalom.base.writing import write_file
 
 Table = Mapping[str, Any]
 """A result of `study.compare`."""
 Row = Mapping[str, Any]
 """The result of a method in it."""
 
-FILES: Final = (".csv", ".yaml", ".yml")
-"""Suffixes of the scenarios that are files."""
+FILE: Final = re.compile(r"\.(csv|ya?ml|py:\w+)$")
+"""The end of the name of a scenario that is a file, or in one."""
 
 
 def scenario_text(name: str, settings: Mapping[str, float]) -> str:
     """Return a scenario with its settings; for a file its name without the folder."""
     listed = ", ".join(f"{name}={value:g}" for name, value in settings.items())
     # The folder differs between machines; a table must not.
-    return f"{Path(name).name if name.endswith(FILES) else name} {listed}".rstrip()
+    return f"{Path(name).name if FILE.search(name) else name} {listed}".rstrip()
 
 
 def yes(value: bool) -> str:
@@ -235,6 +237,50 @@ def latex_text(tables: Sequence[Table], made: str = "") -> str:
 
 
 NEEDS: Final = r"Needs \usepackage{booktabs}."
+NAMES: Final = "surrogateescape"
+"""A name of a file that the encoding of the system does not have is written as its bytes."""
+
+
+class Written:
+    """What the command `compare` writes of results. A file that exists is replaced."""
+
+    _tables: Sequence[Table]
+
+    def to_csv(self, path: Path | str | None = None) -> str:
+        """Return the tables as CSV, see `csv_text`; write it to a file."""
+        return _written(csv_text(self._tables), path)
+
+    def to_latex(self, path: Path | str | None = None) -> str:
+        """Return the tables as a tabular of LaTeX, see `latex_text`; write it to a file."""
+        return _written(latex_text(self._tables), path)
+
+    def figure(self) -> Any:
+        """Return a matplotlib.figure.Figure of success and last arrival, see `slalom.view.study`.
+
+        Raises:
+            MissingExtra: matplotlib is not installed.
+        """
+        # By name, since the layer that draws is above.
+        return import_module("slalom.view").study(self._tables)
+
+
+class Comparison(dict[str, Any], Written):
+    """The result of `study.compare`: a table, with methods that write it."""
+
+    _tables = property(lambda self: [self])
+
+
+class Comparisons(list[Comparison], Written):
+    """The result of `study.compare_all`: tables, with methods that write them."""
+
+    _tables = property(lambda self: self)
+
+
+def _written(text: str, path: Path | str | None) -> str:
+    if path is not None:
+        write_file(Path(path), text, NAMES)
+    return text
+
 
 WRITERS: Final[Mapping[str, Callable[[Sequence[Table], str], str]]] = {
     ".csv": lambda tables, made: csv_text(tables),
