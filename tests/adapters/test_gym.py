@@ -9,7 +9,7 @@ import pytest
 
 from slalom import Capsule, Disc, Goal, InvalidInput, Limits, Obstacle, Polyline, State, Stationary
 from slalom.model.trajectory import Circular, Sampled
-from slalom.sim import gallery
+from slalom.sim import gallery, metrics, record
 from slalom.sim.gallery import GALLERY
 from slalom.sim.scenario import Robot, Scenario
 from slalom.sim.shape_distance import clearances
@@ -479,3 +479,38 @@ def test_pictures_show_the_step():
     window.step({name: np.zeros(2) for name in window.agents})
     assert window.render() is None
     window.close()
+
+
+def test_an_episode_of_a_filtered_policy_is_recorded_as_it_was():
+    """Positions, arrival and clearance, with the metrics of a run; a second episode replaces the first."""
+    run = record(SafetyFilter(RobotEnv("head_on", command="velocity")))
+    for seed in (1, 2):
+        seen, places, infos, ended = run.reset(seed=seed)[0], [], [], False
+        while not ended:
+            places.append(run.unwrapped.worlds.position[0].copy())
+            seen, _, late, over, info = run.step(towards_goal(seen))
+            infos, ended = [*infos, info], late or over
+    found = run.recording
+    assert np.array_equal(found.positions[:-1], places)
+    assert found.arrived[0] == pytest.approx(infos[-1]["time"])
+    assert (found.names, found.obstacles[0].name) == (("robot",), "car")
+    assert metrics.summary(found)["collisions"] == 0
+    assert metrics.min_clearance(found) == pytest.approx(min(one["clearance"] for one in infos), abs=1e-3)
+
+
+def test_robots_that_collide_leave_a_recorded_episode():
+    parts = Disc(0.3), Limits(1.0, 1.0)
+    one, other = (
+        Robot(*parts, State((x, 0.0), (v, 0.0)), Goal(Stationary((8.0 * v, 0.0)), stop=True), name)
+        for x, v, name in ((-1.0, 1.0, "left"), (1.0, -1.0, "right"))
+    )
+    late = Robot(*parts, State((0.0, 5.0), (0.0, 0.0)), Goal(Stationary((2.0, 5.0)), 0.3, stop=True), "apart")
+    run = record(FleetEnv(Scenario("meet", (one, other, late), duration=6.0), command="velocity"))
+    seen, _ = run.reset(seed=0)
+    while run.agents:
+        seen = run.step({name: towards_goal(seen[name]) * (0.5 if name == "apart" else 1.0) for name in run.agents})[0]
+    found = run.recording
+    assert metrics.summary(found)["collisions"] > 0
+    assert found.arrived[0] == found.arrived[1] == pytest.approx(0.8)
+    assert found.steps_of(0).stop < found.steps_of(2).stop == len(found.times)
+    assert metrics.max_acceleration(found, 0) <= 1.0 + 1e-9

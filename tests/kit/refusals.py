@@ -344,6 +344,9 @@ OF_GYM: dict[str, Callable[[Path], object]] = {
         lambda g: g.RobotEnv(replace(SCENE, robots=(replace(ROBOT, appears=3.0),)))
     ),
     r"scenario: expected one without limited sight, found blind_corner": gym(lambda g: g.RobotEnv("blind_corner")),
+    r"recording: expected an episode with at least one step, found none": gym(
+        lambda g: record(g.RobotEnv(SCENE)).recording
+    ),
     r"settings: expected none": gym(lambda g: g.RobotEnv(SCENE, settings={"dt": 0.2})),
     r"scenario: expected a name, .* found 3": gym(lambda g: g.RobotEnv(3)),
     r"options: expected 'scenario_seed' or an option of a wrapper, found 'scenrio_seed'; did you mean": gym(
@@ -424,9 +427,8 @@ REFUSALS: dict[str, Callable[[Path], object]] = {
     **OF_GYM,
     **OF_PARTS,
     r"SlalomFleet: expected a world that does not repeat": moved_at_once,
-    r"robots: expected a Fleet, Navigator, LookAhead or Driver without wheels": lambda _: record(
-        VehicleNavigator(DRIVE, NAO, DISC)
-    ),
+    r"robots: expected a Fleet, Navigator, LookAhead, VehicleNavigator, Driver or environment": lambda _: record(DRIVE),
+    r"t: expected a time from the first decision of one robot on, found 0": lambda _: record(NAVIGATOR).decision_at(0),
     r"columns, methods: expected 1 or 2, and a method; found 3": lambda _: sets(SCENE, columns=3),
     r"methods: expected those of velocities and accelerations, found 'jerky'": other_controls,
     r"a\.py: build: expected an Entry, or a function of parameters and a random generator": lambda f: scripted(f, ""),

@@ -14,6 +14,7 @@ from slalom.sim.explanation import explanation
 from slalom.sim.run.recorded import recorded
 from slalom.sim.run.simulate import by_name
 from slalom.sim.run.states import integrate
+from slalom.vehicle import DifferentialDrive, Pose, VehicleNavigator
 
 SAME = ("responses", "outcomes", "holds", "foresight")
 ROUNDED = ("times", "positions", "velocities", "accelerations", "controls", "arrived")
@@ -95,6 +96,40 @@ def test_a_driver_among_tracks_is_recorded_at_even_times() -> None:
     assert metrics.summary(found)["collisions"] == 0
     assert [one.name for one in found.obstacles] == ["track ann"]
     assert found.obstacles[0].trajectory.position(1.0) == pytest.approx([3.0, 1.5])
+
+
+@pytest.mark.parametrize("wheels", [False, True])
+def test_each_decision_of_a_driver_is_explained_as_it_was_made(wheels: bool, tmp_path: Path) -> None:
+    """Among tracks that are predicted. What the caller sets reaches the driver; a copy goes on."""
+    drive = DifferentialDrive(0.4, 1.2, 3.0, period=0.1)
+    navigator = (
+        VehicleNavigator(drive, method("nao"), Disc(0.25))
+        if wheels
+        else Navigator(method("nao"), Disc(0.25), Limits(1.0, 1.5), period=0.1)
+    )
+    run, made = record(Driver(navigator), path=tmp_path / "run.h5"), []
+    state = Pose((0, 0), 0.0) if wheels else State((0, 0), (0, 0))
+    run.head_for(Goal(Stationary((4, 0)), 0.3, stop=True))
+    run.walls = ObstacleTable([slalom.Obstacle(Disc(0.4), Stationary((2.0, -0.8)), "post")])
+    with run:
+        for k in range(30):
+            run.locate(0.1 * k, state)
+            person = Tracks([(3.0, 1.5 - 0.05 * k)], [(0.0, -0.5)], 0.3, 0.1 * k, ids=["ann"])
+            found = run.command(0.1 * k, [person])
+            made.append((state, found.decision))
+            plan, then = found.decision.manoeuvre, 0.1 * (k + 1)
+            state = drive.drive(state, found.command) if wheels else State(plan.position(then), plan.velocity(then))
+    recording = Recording.load(tmp_path / "run.h5")
+    assert recording.positions[:-1, 0] == pytest.approx(np.array([one.position for one, _ in made]))
+    assert recording.velocities[:-1, 0] == pytest.approx(np.array([one.velocity for one, _ in made]))
+    assert recording.positions[-1, 0] == pytest.approx(state.position)
+    assert (metrics.path_length(recording) > 1.0, metrics.summary(recording)["collisions"]) == (True, 0)
+    assert {one.name for one in recording.obstacles} == {"post", "track ann"}
+    for k in (0, 11, 29):
+        again = pickle.loads(pickle.dumps(run)).decision_at(0.1 * k + 0.05)
+        assert explanation(again)["sentences"] == explanation(made[k][1])["sentences"]
+    again.dump(tmp_path / "decision.json")
+    assert call(["explain", str(tmp_path / "decision.json"), "--json"]) == 0
 
 
 def test_tracks_are_a_recording_with_exact_motion(tmp_path: Path) -> None:

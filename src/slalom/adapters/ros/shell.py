@@ -1,6 +1,7 @@
 """A node of rclpy and its settings, which are also those of the command line. It imports no numpy by itself."""
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
@@ -133,7 +134,8 @@ class NodeSettings:
 # A node of rclpy around the core: topics in, geometry_msgs/Twist out. Not run here: it needs an installation of ROS 2.
 #
 # Start it as `python -m slalom.adapters.ros.shell --ros-args -p radius:=0.25 -p track:=0.4 -r people:=/tracked`.
-# With `-p view:=8000` the page at this port shows the decisions, see `slalom.live.attach`.
+# With `-p view:=8000` the page at this port shows the decisions, see `slalom.live.attach`. With `-p record:=run.h5` its
+# motion is written to this file at the end, see `slalom.sim.record`.
 
 
 TOPICS: Final = {
@@ -174,6 +176,12 @@ def main() -> None:
     free = ParameterDescriptor(dynamic_typing=True)  # some are None by default
     chosen = {each.name: ros.declare_parameter(each.name, each.default, free).value for each in fields(NodeSettings)}
     core, commands = NodeSettings(**chosen).node(), ros.create_publisher(Twist, "cmd_vel", 10)
+    run: Any = nullcontext()
+    if file := ros.declare_parameter("record", "").value:
+        from slalom.sim import record
+
+        run = record(core.driver, path=file)
+        core.driver = run
     kinds = type("Kinds", (), {"Twist": Twist, "Vector3": Vector3})
     last: list[object] = [None]
 
@@ -202,7 +210,8 @@ def main() -> None:
         except ModuleNotFoundError as error:
             ros.get_logger().warning(f"{topic}: not read, found no {error.name}")
     ros.create_timer(core.driver.navigator.period, lambda: send(core.overdue))
-    rclpy.spin(ros)
+    with run:
+        rclpy.spin(ros)
 
 
 if __name__ == "__main__":

@@ -5,29 +5,33 @@ from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from types import TracebackType
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, overload
 
 import numpy as np
 
-from slalom.base.checks import Array, has, listing
+from slalom.base.checks import Array, has, listing, number
 from slalom.base.errors import InvalidInput
+from slalom.base.tolerances import TIME
 from slalom.decision import Decision
 from slalom.decision.navigator import Navigator
 from slalom.decision.settings import NUMBERS
 from slalom.fleet.fleet import Fleet, FleetDecision
 from slalom.fleet.guidance import ARRIVAL_LOST
+from slalom.kernels.arrays import Indices
 from slalom.lookahead.navigator import LookAhead
 from slalom.model.goal import Goal
 from slalom.model.path_goal import PathGoal
-from slalom.model.shape import round_shape
+from slalom.model.shape import Disc, Shape, round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import Sampled, Stationary
 from slalom.obstacle import Obstacle
 from slalom.obstacle.tracks import Tracks
 from slalom.obstacle.window import each_of
-from slalom.sim.measure.recording import Recording, appearances, at_even_times
+from slalom.sim.measure.recording import OBSERVED, Recording, appearances, at_even_times
 from slalom.sim.measure.responses import RecordedResponses
+from slalom.vehicle.decision import VehicleDecision
 from slalom.vehicle.driver import Drive, Driver
+from slalom.vehicle.navigator import VehicleNavigator
 
 GOALS: Final = ("goals", "paths", "tolerances", "stop")
 """Arguments of `Fleet.step` about goals."""
@@ -45,9 +49,35 @@ class _Call(NamedTuple):
     seconds: float
     goals: dict[str, Any]  # as arguments of `Fleet.step`
     progress: Sequence[float | None]  # [m] along paths
+    decision: Decision | None = None  # of one robot
 
 
-class Recorder:
+class _Wrapped:
+    """What a caller uses in place of robots or a world: it has their attributes, which can be set, and is pickled."""
+
+    def __init__(self, robots: Any, obstacles: Sequence[Obstacle] | None, path: Path | None) -> None:
+        self._robots, self._obstacles, self._path = robots, obstacles, path
+        self._calls = list[Any]()
+
+    def __getattr__(self, name: str) -> Any:
+        # A copy asks for private ones before it has attributes.
+        return object.__getattribute__(self, name) if name.startswith("_") else getattr(self._robots, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name.startswith("_"):
+            object.__setattr__(self, name, value)
+        else:
+            setattr(self._robots, name, value)
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._path is not None and (self._calls or error is None):
+            self.recording.save(self._path)
+
+
+class Recorder(_Wrapped):
     """Robots whose decisions are noted. It has all attributes of the robots, and can be pickled.
 
     Attributes:
@@ -58,24 +88,17 @@ class Recorder:
             A target that changes is a goal in motion. A robot has arrived when it reaches the last one for good. One
             that is taken out of the scene has arrived then. One without a goal does not arrive, and its goal is where
             it ends.
+
+            A vehicle is the disc about the middle of its axle that holds its body at every heading. So its clearance is
+            a lower bound, and a collision need not be one. Its motion is as observed: its reasons are in `decision_at`.
     """
 
+    _calls: list[_Call]
+
     def __init__(self, robots: Any, obstacles: Sequence[Obstacle] | None, path: Path | None) -> None:
-        self._robots, self._path = robots, path
-        self._obstacles = obstacles
-        self._calls, self._seen = list[_Call](), dict[int, Any]()
+        super().__init__(robots, obstacles, path)
+        self._seen = dict[int, Any]()
         self._end: tuple[Array, Array] | None = None
-
-    def __getattr__(self, name: str) -> Any:
-        # A copy asks for private ones before it has attributes.
-        return object.__getattribute__(self, name) if name.startswith("_") else getattr(self._robots, name)
-
-    def __enter__(self) -> "Recorder":
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if self._path is not None and (self._calls or error is None):
-            self.recording.save(self._path)
 
     def step(self, now: float, positions: Any, velocities: Any, targets: Any = None, **further: Any) -> FleetDecision:
         """Decide as `Fleet.step`."""
@@ -118,19 +141,45 @@ class Recorder:
         assert made is not None
         for each in (*made.obstacles, *([] if made.robots is None else [made.robots])):
             self._seen[id(each)] = each
-        call = _Call(
-            made.now,
-            made.state.position[None],
-            made.state.velocity[None],
-            manoeuvre.control[None],
-            (manoeuvre.response,),
-            (decision.outcome,),
-            seconds,
-            {"goals": [goal]},
-            [decision.progress],
+        period = _navigator(self._robots).period
+        state: Any = made.state
+        response: Any = manoeuvre.response
+        if isinstance(decision, VehicleDecision):
+            given: Any = decision.record
+            now, state = given.now, decision.pose_at(given.now) if given.delay else given.pose
+            end: Any = decision.pose_at(now + period)
+            control, response = np.array(decision.command), OBSERVED
+        else:
+            now, control = made.now, manoeuvre.control
+            end = State(manoeuvre.position(now + period), manoeuvre.velocity(now + period))
+        self._note(
+            _Call(
+                now,
+                state.position[None],
+                state.velocity[None],
+                control[None],
+                (response,),
+                (decision.outcome,),
+                seconds,
+                {"goals": [goal]},
+                [decision.progress],
+                decision,
+            ),
+            end.position[None],
+            end.velocity[None],
         )
-        then = made.now + _navigator(self._robots).period
-        self._note(call, manoeuvre.position(then)[None], manoeuvre.velocity(then)[None])
+
+    def decision_at(self, t: float) -> Decision:
+        """The decision of a robot in force at `t` [s], as it was made: for `slalom.view.decision` and `Decision.dump`.
+
+        Raises:
+            InvalidInput: a time before the first decision; a fleet, whose robots decide together.
+        """
+        t = number(t, "t")
+        found: Decision | None = next((call.decision for call in reversed(self._calls) if call.now <= t + TIME), None)
+        if found is None:
+            raise InvalidInput(f"t: expected a time from the first decision of one robot on, found {t:g}")
+        return found
 
     def _note(self, call: _Call, positions: Array, velocities: Array) -> None:
         if self._calls and self._calls[-1].now == call.now:
@@ -144,6 +193,7 @@ class Recorder:
             raise InvalidInput("recording: expected at least one decision, found none")
         calls, navigator = self._calls, _navigator(self._robots)
         fleet = self._robots if isinstance(self._robots, Fleet) else None
+        wheels: Any = navigator.vehicle if isinstance(navigator, VehicleNavigator) else None
         times = np.array([*(call.now for call in calls), calls[-1].now + navigator.period])
         positions = np.array([*(call.positions for call in calls), self._end[0]])
         velocities = np.array([*(call.velocities for call in calls), self._end[1]])
@@ -157,7 +207,7 @@ class Recorder:
         methods = fleet.members.methods if fleet else [navigator.method]
         found = Recording(
             scenario="own loop",
-            method="+".join(dict.fromkeys(method.name for method in methods)),
+            method=OBSERVED if wheels else "+".join(dict.fromkeys(method.name for method in methods)),
             seed=0,
             dt=dt,
             parameters={},
@@ -169,8 +219,8 @@ class Recorder:
             responses=RecordedResponses.of([tuple(call.responses) for call in made], n),
             outcomes=tuple(outcomes),
             decision_times=there * np.array([[call.seconds] for call in made]) / np.maximum(1, there.sum(1))[:, None],
-            shapes=tuple(fleet.members.shapes if fleet else [navigator.robot]),
-            limits=tuple(fleet.members.limits if fleet else [navigator.limits]),
+            shapes=tuple(fleet.members.shapes if fleet else [_body(navigator)]),
+            limits=tuple(fleet.members.limits if fleet else [navigator.limits or wheels.limits]),
             goals=tuple(Goal(Stationary(end)) if goal is None else goal for goal, end in zip(goals, positions[-1])),
             arrived=np.full(n, np.inf),
             obstacles=tuple(one.of_scenario() for one in self._given()),
@@ -187,11 +237,7 @@ class Recorder:
         )
         progress = [[call.progress[k] for call in made] for k in range(n)]
         arrived = [_arrival(found, k, since[k], progress[k]) if goals[k] else np.inf for k in range(n)]
-        for k in np.flatnonzero(last < len(made) - 1).tolist():
-            arrived[k] = min(arrived[k], float(times[last[k] + 1]))
-        left = last < len(made) - 1
-        ended = [replace(goal, stop=goal.stop and not gone) for goal, gone in zip(found.goals, left.tolist())]
-        return replace(found, arrived=np.array(arrived), goals=tuple(ended))
+        return _with_ends(found, arrived, last)
 
     def _given(self) -> list[Obstacle]:
         """The obstacles that were given, else those among which was decided; tracks of one id are one obstacle."""
@@ -212,31 +258,111 @@ class Recorder:
         return list(found)
 
 
+class Episode(_Wrapped):
+    """An environment of `slalom.adapters.gym` with one world, perhaps in wrappers, of which each step is noted.
+
+    Attributes:
+        recording: the steps since the last `reset`, as observed. A robot that leaves the world has arrived then.
+    """
+
+    _calls: list[tuple[float, Array, Array]]
+
+    def reset(self, *args: Any, **further: Any) -> Any:
+        """Begin an episode as the environment does."""
+        found = self._robots.reset(*args, **further)
+        self._calls, self._there = [], np.ones(len(_worlds(self._robots).there[0]), np.bool_)
+        self._look()
+        return found
+
+    def step(self, *args: Any, **further: Any) -> Any:
+        """Follow an action as the environment does."""
+        found = self._robots.step(*args, **further)
+        self._look()
+        return found
+
+    def _look(self) -> None:
+        worlds, there = _worlds(self._robots), self._there[:, None]
+        self._calls.append((worlds.now(), np.where(there, worlds.position[0], np.nan), worlds.velocity[0].copy()))
+        # A robot that leaves is noted where it does.
+        self._there = worlds.there[0].copy()
+
+    @property
+    def recording(self) -> Recording:
+        if len(self._calls) < 2:
+            raise InvalidInput("recording: expected an episode with at least one step, found none")
+        scene, (times, positions, velocities) = _worlds(self._robots).scenarios[0], map(np.array, zip(*self._calls))
+        found = Recording.from_tracks(
+            times,
+            positions,
+            [robot.shape.bounding_radius for robot in scene.robots],
+            velocities=velocities,
+            walls=scene.obstacles if self._obstacles is None else self._obstacles,
+            names=[robot.name for robot in scene.robots],
+            name=scene.name,
+        )
+        last = appearances(np.isfinite(positions[:, :, 0]), times)[1]
+        goals, limits = ([getattr(robot, name) for robot in scene.robots] for name in ("goal", "limits"))
+        found = replace(found, goals=tuple(goals), limits=tuple(limits))
+        arrived = [_arrival(found, k, times[0], [None] * len(times)) for k in range(len(goals))]
+        return _with_ends(found, arrived, last - 1)
+
+
+@overload
 def record(
-    robots: Fleet | Navigator | LookAhead | Driver,
+    robots: Fleet | Navigator | LookAhead | VehicleNavigator | Driver,
     *,
     obstacles: Sequence[Obstacle] | None = None,
     path: Path | str | None = None,
-) -> Recorder:
-    """Return robots whose decisions in a loop of the caller are noted, see `Recorder`.
+) -> Recorder: ...
+
+
+@overload
+def record(robots: Any, *, obstacles: Sequence[Obstacle] | None = None, path: Path | str | None = None) -> Any: ...
+
+
+def record(robots: Any, *, obstacles: Sequence[Obstacle] | None = None, path: Path | str | None = None) -> Any:
+    """Return robots whose decisions in a loop of the caller are noted, see `Recorder`, or a world, see `Episode`.
 
     Args:
-        robots: a fleet, a robot, or a driver of a robot that moves in every direction.
-        obstacles: as they really move, for metrics and figures; None: those of the fleet, or those in the calls, with
-            tracks of one id as one obstacle.
+        robots: a Fleet, Navigator, LookAhead, VehicleNavigator or Driver; an environment of `slalom.adapters.gym`.
+        obstacles: as they really move, for metrics and figures; None: those of the fleet or the environment, or those
+            in the calls, with tracks of one id as one obstacle.
         path: of the file that is written at the end of a `with` block, also after an error.
 
     Raises:
-        InvalidInput: other robots, such as vehicles: `Recording.from_tracks` takes their motion.
+        InvalidInput: others, whose motion `Recording.from_tracks` takes; an environment of several worlds.
     """
-    if not isinstance(robots, Fleet) and not isinstance(_navigator(robots), Navigator):
-        expected = "a Fleet, Navigator, LookAhead or Driver without wheels (else Recording.from_tracks)"
-        raise InvalidInput(f"robots: expected {expected}, found {robots!r}")
     if obstacles is not None:
         listing(obstacles, "obstacles", "obstacles")
         for k, one in enumerate(obstacles):
             has(one, ("shape", "trajectory", "of_scenario"), "an Obstacle", f"obstacles[{k}]")
-    return Recorder(robots, obstacles, None if path is None else Path(path))
+    file, worlds = None if path is None else Path(path), _worlds(robots)
+    if worlds is not None and len(worlds.scenarios) == 1:
+        return Episode(robots, obstacles, file)
+    if not isinstance(robots, Fleet) and not isinstance(_navigator(robots), Navigator | VehicleNavigator):
+        expected = "a Fleet, Navigator, LookAhead, VehicleNavigator, Driver or environment of one world"
+        raise InvalidInput(f"robots: expected {expected} (else Recording.from_tracks), found {robots!r}")
+    return Recorder(robots, obstacles, file)
+
+
+def _worlds(robots: Any) -> Any:
+    """The worlds of an environment, perhaps in wrappers; None of anything else."""
+    return getattr(getattr(robots, "unwrapped", robots), "worlds", None)
+
+
+def _body(navigator: Any) -> Shape:
+    """The shape of a robot; of a vehicle the disc about the middle of its axle that holds it."""
+    if not isinstance(navigator, VehicleNavigator):
+        return navigator.robot  # type: ignore[no-any-return]
+    return Disc(float(np.linalg.norm(navigator.corners, axis=1).max()) + navigator.rounding)
+
+
+def _with_ends(found: Recording, arrived: Sequence[float], last: Indices) -> Recording:
+    """A recording with times of arrival [s]; robots whose `last` step is not that of the run left after it."""
+    left = (last < len(found.accelerations) - 1).tolist()
+    ends = [min(t, float(found.times[k + 1])) if gone else t for t, k, gone in zip(arrived, last.tolist(), left)]
+    goals = [replace(goal, stop=goal.stop and not gone) for goal, gone in zip(found.goals, left)]
+    return replace(found, arrived=np.array(ends), goals=tuple(goals))
 
 
 def _navigator(robots: Any) -> Any:
