@@ -21,10 +21,11 @@ from matplotlib.path import Path as Ring
 import slalom
 from slalom import view
 from slalom.io.table import sample_data
-from slalom.sim import decision_at, gallery, load, simulate
+from slalom.sim import Row, compare_all, decision_at, gallery, load, simulate
 from slalom.sim.explanation import beginning_of, drawn_controls, kind, known_at
 from slalom.sim.scenario import Robot, Scenario
 from slalom.view.control_space import admissible_region
+from slalom.view.film import Film
 from slalom.view.fleet import Picture
 from slalom.view.style import NEUTRAL, time_levels, time_scale
 
@@ -401,16 +402,19 @@ def test_an_overlap_and_an_empty_world_are_drawn_too() -> None:
         assert len(by_gid(figure.axes[1], "blocked")) == len(seen)
 
 
-@pytest.mark.parametrize(("obstacles", "label"), [(True, "blocked by an obstacle"), (False, "no control blocked")])
-def test_the_legend_names_blocked_controls_where_there_are_some(obstacles: bool, label: str) -> None:
-    """Its colour without a region of that colour would be looked for in vain."""
-    state, scene, goal = scene_in_plane()
-    robot = navigator("nao", 2)
-    decision = robot.decide(state, scene if obstacles else [], goal, now=0.0)
-    (panel,) = (ax for ax in view.decision(decision, robot, goal).axes if by_gid(ax, "admissible"))
-    assert bool(by_gid(panel, "blocked")) is obstacles
-    texts = legend_texts(panel)
-    assert [text for text in texts if "blocked" in text] == [label]
+@pytest.mark.parametrize(
+    ("away", "label"), [(0.0, "blocked by an obstacle"), (36.0, "no control blocked"), (1e3, "no control blocked")]
+)
+def test_the_legend_names_blocked_controls_where_there_are_some(away: float, label: str) -> None:
+    """Its colour without a region of that colour in the panel would be looked for in vain."""
+    post = slalom.Obstacle(slalom.Disc(1.0), slalom.Stationary((6.0 + away, 0.0)))
+    state = slalom.State((0.0, 0.0), (1.0, 0.0))
+    blocked = slalom.control_obstacle(slalom.Acceleration(), state, [post], slalom.Disc(0.5), horizon=5.0)
+    ax = Figure().add_subplot()
+    view.control_space(ax, blocked=blocked, admissible=slalom.admissible_ball((0, 0), 2.0))
+    controls = np.stack(np.meshgrid(*(np.linspace(*limits, 99) for limits in (ax.get_xlim(), ax.get_ylim()))), -1)
+    assert np.isfinite(blocked.time_to_collision(controls.reshape(-1, 2))).any() == (not away)
+    assert [text for text in legend_texts(ax) if "blocked" in text] == [label]
 
 
 def test_a_small_admissible_set_is_enlarged() -> None:
@@ -641,3 +645,36 @@ def test_the_sets_of_methods_are_those_of_their_definitions_and_nothing_overlaps
             ]
             if abs(min(away)) > 0.05:
                 assert region.contains_point(control) == (min(away) < 0.0)
+
+
+def figures() -> dict[str, Figure]:
+    """A figure of each kind, of runs in flat scenes too."""
+    run = simulate(gallery.build("head_on", {"duration": 4.0}), slalom.method("nao"))
+    state, obstacles, goal = scene_in_plane()
+    scene = Scenario("scene", (Robot(slalom.Disc(0.8), slalom.Limits(6.0, 3.0), state, goal),), obstacles)
+    rows = [Row("empty", {"margin": margin, "duration": 12.0}, ["nao"], 1) for margin in (0.1, 0.2)]
+    robot = {"robot": run.shapes[0], "goal": run.goals[0]}
+    return {
+        "decision": view.decision(*decide("nao", 2), resolution=41),
+        "paths": view.paths(run.times, run.positions[:, 0], run.obstacles, **robot).get_figure(root=True),
+        "fleet": view.fleet(simulate(gallery.build("circle", {"duration": 2.0}), slalom.method("nao"))),
+        "film": Film(run, width=480).axes[0].get_figure(root=True),
+        "sets of a page": view.sets(scene, resolution=41),
+        "sets of a column": view.sets(scene, columns=1, resolution=41),
+        "study": compare_all(rows).figure(),
+        "study of a column": view.resized(compare_all(rows).figure(), width=3.5),
+    }
+
+
+def test_every_axis_has_two_numbers_besides_0() -> None:
+    """And its label lies inside the figure."""
+    for name, figure in figures().items():
+        FigureCanvasAgg(figure).draw()
+        for ax in (one for one in figure.axes if one.get_xlabel()):
+            for axis, limits in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
+                ticks = zip(axis.get_ticklabels(), axis.get_ticklocs())
+                shown = {text.get_text() for text, at in ticks if limits[0] <= at <= limits[1]}
+                assert len({text for text in shown if text.strip("0.")}) >= 2, (name, shown)
+                box = axis.label.get_window_extent()
+                assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1, name
+                assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1, name

@@ -1,6 +1,7 @@
 """Drawing of the control space: control obstacle by time to collision, admissible set, and controls."""
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -375,8 +376,16 @@ def _decorate(ax: Axes, blocked: ControlObstacle, height: float | None, handles:
         *handles,
         Line2D([], [], color=INK, linewidth=1.3, label="admissible set"),
         Patch(facecolor="#35b779", edgecolor=INK, linewidth=0.45, label="blocked by an obstacle")
-        if any(str(patch.get_gid()).startswith("blocked") for patch in ax.patches)
+        if any(_is_shown(patch, ax) for patch in ax.patches if str(patch.get_gid()).startswith("blocked"))
         else Patch(fill=False, linewidth=0.0, label="no control blocked"),
     ]
     legend_below(ax, entries, 2)
     colour_bar(time_scale(blocked.horizon), ax, "time to collision [s]")
+
+
+def _is_shown(patch: Patch, ax: Axes) -> bool:
+    """Whether a part of a region lies in the panel."""
+    rings = [shapely.make_valid(shapely.Polygon(ring)) for ring in patch.get_path().to_polygons()]
+    return bool(
+        shapely.box(*ax.viewLim.extents).intersects(reduce(shapely.symmetric_difference, rings, shapely.Polygon()))
+    )

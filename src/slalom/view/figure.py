@@ -325,6 +325,7 @@ def driven(
             ax.step(since, np.asarray(values, dtype=np.float64), where="post", color=(ROBOT, GOAL, INK)[k % 3], lw=0.9)
             ax.set_ylabel(label)
             ax.margins(x=0.0)
+            ax.locator_params(min_n_ticks=3)
         figure.axes[-1].set_xlabel("time since the first command [s]")
     return figure
 
@@ -399,8 +400,8 @@ def study(tables: Sequence[Mapping[str, Any]]) -> Figure:
             _line(axes[0], points, "runs_successful", look, shift, 100.0)
             _line(axes[1], points, "time", look, shift, 1.0)
             handles.append(Line2D([], [], label=", ".join(filter(None, (own, name))), **look))
-        axes[0].set(xlabel=x or "", ylabel="runs with success [%]", ylim=(-4.0, 104.0))
-        axes[1].set(xlabel=x or "", ylabel="mean last arrival [s]")
+        axes[0].set(xlabel=x or "", ylabel="success [%]", ylim=(-4.0, 104.0))
+        axes[1].set(xlabel=x or "", ylabel="last arrival [s]")
         for ax in axes:
             ax.grid(axis="y", color=INK, alpha=0.12, linewidth=0.5)
             ax.spines[["top", "right"]].set_visible(False)

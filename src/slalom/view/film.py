@@ -274,6 +274,7 @@ class _Panel:
         half = 0.5 * max(sides[0], sides[1] / ratio)
         ax.set(xlim=(middle[0] - half, middle[0] + half))
         ax.set(ylim=(middle[1] - ratio * half, middle[1] + ratio * half))
+        ax.locator_params(min_n_ticks=3)
         self._scale = ax.bbox.width / (2.0 * half)
         self._moving = [o for o in run.obstacles if not o.at_rest]
         still = [o for o in run.obstacles if o.at_rest]

@@ -317,6 +317,8 @@ def label_axes(ax: Axes, view: str) -> None:
     """Label the axes; `view` describes the projection in space."""
     ax.set_xlabel(f"x [m]{view}")
     ax.set_ylabel("y [m]", labelpad=1)
+    # So that two of them are not 0.
+    ax.locator_params(min_n_ticks=3)
 
 
 def _thin_heights(ax: Axes, side: float) -> None:
