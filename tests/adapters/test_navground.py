@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from slalom.model.state import State
+from slalom.sim import Recording, metrics
 
 core = pytest.importorskip("navground.core", reason="the package navground is not installed")
 sim = pytest.importorskip("navground.sim", reason="the package navground is not installed")
@@ -28,6 +29,7 @@ def run(behaviours, scenario, kinematics, steps=60):
         f"steps: {steps}\ntime_step: 0.1\nscenario: {{{scenario}, groups: [{', '.join(groups)}]}}"
     )
     made.record_config.collisions = made.record_config.efficacy = made.record_config.pose = True
+    made.record_config.time = True
     made.run(number_of_runs=1)
     return made.runs[0]
 
@@ -201,3 +203,11 @@ def test_a_collision_is_of_the_agent_that_moved_towards_the_other(program, befor
     assert program.moved_into(record, 0) == [(1, True)]
     record.collisions = np.array([(1, 1, 7)])
     assert program.moved_into(record, 0) == []
+
+
+def test_a_run_of_navground_is_a_recording():
+    """By the line of the page: the positions, and as few collisions as navground counts."""
+    made = run([(4, "type: SlalomFleet")], CROSS, OMNI)
+    found = Recording.from_tracks(made.times, made.poses[..., :2], 0.08)
+    assert np.allclose(found.positions, made.poses[..., :2], atol=SINGLE)
+    assert metrics.summary(found)["collisions"] == len(made.collisions) == 0

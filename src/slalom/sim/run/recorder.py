@@ -56,8 +56,8 @@ class _Wrapped:
     """What a caller uses in place of robots or a world: it has their attributes, which can be set, and is pickled."""
 
     def __init__(self, robots: Any, obstacles: Sequence[Obstacle] | None, path: Path | None) -> None:
-        self._robots, self._obstacles, self._path = robots, obstacles, path
-        self._calls = list[Any]()
+        self._robots, self._path = robots, path
+        self._calls, self._obstacles = list[Any](), obstacles
 
     def __getattr__(self, name: str) -> Any:
         # A copy asks for private ones before it has attributes.
