@@ -12,7 +12,7 @@ from slalom.base.tolerances import REST
 from slalom.choice.control_obstacle import ControlObstacle
 from slalom.choice.selection import select
 from slalom.decision.decision import Decision, Outcome, made
-from slalom.decision.objective import Situation
+from slalom.decision.objective import NO_OBSTACLES, Situation, cost_of
 from slalom.decision.settings import Risk, Settings
 from slalom.kernels.arrays import Flags
 from slalom.model.goal import Goal
@@ -246,11 +246,13 @@ def least_given_up(
     return _stated(at(best), given[best])
 
 
-def time_of(decision: Decision, robot: Settings, state: State, goal: Goal, now: float) -> float:
+def time_of(
+    decision: Decision, robot: Settings, state: State, goal: Goal, now: float, obstacles: ObstacleWindow = NO_OBSTACLES
+) -> float:
     """[s] to the estimated arrival of a robot in `state`; the cost of another objective."""
-    situation = robot.situations(state, goal, now)[0]
+    situation = replace(robot.situations(state, goal, now)[0], obstacles=obstacles)
     until = max(decision.manoeuvre.settled_time(robot.period, robot.horizon), now + robot.period)
-    return robot.objective.cost(decision.manoeuvre, situation, until)
+    return cost_of(robot.objective, decision.manoeuvre, situation, until)
 
 
 def _cheapest(

@@ -225,7 +225,7 @@ class Navigator(Settings):
             levels(window.obstacles),
             lambda level: self._among_obstacles(window, request, level.given_up),
             self.risk,
-            lambda one: time_of(one, r.robot, r.state, r.goal, r.now),
+            lambda one: time_of(one, r.robot, r.state, r.goal, r.now, window),
         )
 
     def _among_obstacles(self, window: ObstacleWindow, request: Request, given_up: Flags | None = None) -> Decision:
@@ -308,7 +308,7 @@ class Navigator(Settings):
         """
         best: Decision | None = None
         state, least = request.state, np.inf
-        situations = [self.situation(each, state, request.target, request.now) for each in self.turning]
+        situations = [self.situation(one, state, request.target, request.now, obstacles) for one in self.turning]
         preferred = [preferred_control(request.robot.objective.aims(s)) for s in situations]
         for outcome, margin in ((Outcome.CONSTRAINED, self.margin), (Outcome.SQUEEZED, 0.0)):
             for s, control in zip(situations, preferred):

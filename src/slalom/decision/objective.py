@@ -1,10 +1,12 @@
 """Objectives: the preferred control of each response, and the cost of a manoeuvre."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import sqrt
 from typing import Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
 from slalom.base.checks import (
     OBJECTIVE,
@@ -19,16 +21,20 @@ from slalom.base.checks import (
     not_negative,
     pair,
     positive,
+    short,
     vector,
 )
 from slalom.base.errors import InvalidInput
 from slalom.base.registry import Kind, Registry
 from slalom.base.tolerances import AIM_FIRST, AIM_LATEST, AIM_TIMES, REST
+from slalom.forecast.linear import piecewise_polynomial
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible, Limits
+from slalom.model.path import Path
 from slalom.model.response import Response
 from slalom.model.state import Affine, State, scaled
 from slalom.model.trajectory import Stationary, Trajectory
+from slalom.obstacle.window import ObstacleWindow
 
 AIM_ROUNDS: Final = 12
 """[1] Rounds in which an objective in Python seeks the earliest aim, each between two times of the one before. Larger:
@@ -69,9 +75,13 @@ def preferred_control(aims: tuple[Aim, ...]) -> Array:
     return np.asarray(weighted / total)
 
 
+NO_OBSTACLES: Final = ObstacleWindow((), 0.0, 1.0)
+"""The obstacles of a situation in which none is known."""
+
+
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """Input of an objective: one response in one state."""
+    """Input of an objective: one response in one state, among obstacles as they are predicted."""
 
     response: Response
     state: State
@@ -82,6 +92,7 @@ class Situation:
     horizon: float
     period: float  # [s] until the next decision
     shortest: float  # [s] the least time for which the robot holds a control
+    obstacles: ObstacleWindow = NO_OBSTACLES  # `positions`, `velocities` and `radii` over time
 
     @property
     def step(self) -> float:
@@ -89,9 +100,65 @@ class Situation:
         return self.period if self.response.restartable else self.response.settled(self.horizon)
 
 
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Motions that a robot may choose: of free controls, and the present one. Each keeps its velocity at its end.
+
+    Attributes:
+        times: (n, p + 1) [s] and points: (n, p, 4, d) [m] of their cubic pieces.
+        until: (n,) [s] absolute, from when on each keeps its velocity: its control has been carried out.
+        costs: (n,) [s] by the objective that the asked one extends, such as the time to the goal of `Arrive`.
+    """
+
+    times: Array
+    points: Array
+    until: Array
+    costs: Array
+
+    def positions(self, t: npt.ArrayLike) -> Array:
+        """Positions (n, m, d) [m] at absolute times t (m,) [s]."""
+        return self._states(np.asarray(t, dtype=np.float64))[0]
+
+    def velocities(self, t: npt.ArrayLike) -> Array:
+        """Velocities (n, m, d) [m/s] at absolute times t (m,) [s]."""
+        return self._states(np.asarray(t, dtype=np.float64))[1]
+
+    def _states(self, t: Array) -> tuple[Array, Array]:
+        times, until = self.times, self.until[:, None]
+        inside = np.minimum(t, until)
+        begun = (times[:, None, :-1] <= inside[..., None]) & (times[:, None, 1:] > times[:, None, :-1])
+        k = (begun * np.arange(times.shape[1] - 1)).max(axis=2)
+        row = np.arange(len(times))[:, None]
+        h = times[row, k + 1] - times[row, k]
+        x = ((inside - times[row, k]) / h)[..., None]
+        p, y = self.points[row, k], 1.0 - x
+        a, b, c = (y * p[:, :, j] + x * p[:, :, j + 1] for j in range(3))
+        a, b = y * a + x * b, y * b + x * c
+        velocities = 3.0 * (b - a) / h[..., None]
+        return y * a + x * b + (t - inside)[..., None] * velocities, velocities
+
+    def motions(self, horizon: float) -> Iterator[Trajectory]:
+        """Each as a trajectory up to `horizon` [s] after its end."""
+        for times, points, until in zip(self.times, self.points, self.until.tolist()):
+            begin = np.flatnonzero((np.diff(times) > 0.0) & (times[:-1] < until))
+            knots = np.append(times[begin], times[begin[-1] + 1])
+            path = Path(knots, points[begin], np.zeros(len(begin))).cut(np.append(knots[:-1], until))
+            last, duration = path.points[-1], path.times[-1] - path.times[-2]
+            way = (last[3] - last[2]) * (3.0 * horizon / duration)
+            straight = last[3] + way * (np.arange(4.0)[:, None] / 3.0)
+            yield piecewise_polynomial(
+                np.append(path.times, until + horizon), np.concatenate([path.points, straight[None]])
+            )
+
+
 @runtime_checkable
 class Objective(Protocol):
-    """Quadratic aims for one decision, the cost of a manoeuvre, and the preferred clearance beyond the margin."""
+    """Quadratic aims for one decision, the cost of a manoeuvre, and the preferred clearance beyond the margin.
+
+    One of your own extends a class below, such as `Arrive`, by a method `costs(candidates, situation)`. It returns the
+    costs (n,) [s] of all `Candidates`; inf excludes one. It is asked once for all candidates of a decision, and `cost`
+    no more. The response of the situation is the first one of the robot.
+    """
 
     def aims(self, situation: Situation) -> tuple[Aim, ...]:
         """At least one aim with weight and gain above 0."""
@@ -273,7 +340,7 @@ class MostClearance:
         return self.then.aims(situation)
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
-        return self.then.cost(motion, situation, until)
+        return cost_of(self.then, motion, situation, until)
 
 
 @dataclass(frozen=True)
@@ -306,7 +373,7 @@ class Mix:
 
     def cost(self, motion: Trajectory, situation: Situation, until: float) -> float:
         weights = sum(weight for weight, _ in self.parts)
-        return sum(weight * part.cost(motion, situation, until) for weight, part in self.parts) / weights
+        return sum(weight * cost_of(part, motion, situation, until) for weight, part in self.parts) / weights
 
 
 FOLLOWING = (FollowVelocity, FollowAcceleration, KeepAcceleration)
@@ -324,8 +391,41 @@ def parts_of(objective: Objective, weight: float = 1.0) -> list[tuple[float, Obj
 
 
 def is_compiled(objective: Objective) -> bool:
-    """Whether kernels have the objective; if not, they call it."""
+    """Whether kernels have the objective; if not, they ask it for the costs of candidates."""
     return all(type(part) in (Arrive, *FOLLOWING) for _, part in parts_of(objective))
+
+
+def aims_are_compiled(objective: Objective) -> bool:
+    """Whether kernels have the aims of the objective."""
+    known = [one.aims for one in (Arrive, *FOLLOWING)]
+    return all(getattr(type(part), "aims", None) in known for _, part in parts_of(objective))
+
+
+def cost_of(objective: Objective, motion: Trajectory, s: Situation, until: float) -> float:
+    """Cost [s] of one motion by an objective, see `Objective`."""
+    cost = objective.cost(motion, s, until)
+    if not hasattr(objective, "costs"):
+        return cost
+    path = motion.path(s.now, until)
+    one = Candidates(path.times[None], path.points[None], np.array([until]), np.array([cost]))
+    return float(costs_of(objective, one, s)[0])
+
+
+def costs_of(objective: Objective, candidates: Candidates, s: Situation) -> Array:
+    """Costs (n,) [s] of candidates by an objective, of one without `costs` one by one.
+
+    Raises:
+        InvalidInput: an objective that returns something else.
+    """
+    if type(objective) is MostClearance:
+        return costs_of(objective.then, candidates, s)
+    if not hasattr(objective, "costs"):
+        ends = zip(candidates.motions(s.horizon), candidates.until.tolist())
+        return np.array([cost_of(objective, motion, s, until) for motion, until in ends])
+    found = np.asarray(objective.costs(candidates, s), dtype=np.float64)
+    if found.shape != candidates.costs.shape or np.isnan(found).any():
+        raise InvalidInput(f"costs: expected {len(candidates.costs)} numbers, found {short(found)}")
+    return found
 
 
 def needs_goal(objective: Objective) -> bool:

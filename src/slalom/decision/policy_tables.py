@@ -15,11 +15,14 @@ from slalom.decision.decision import Decision
 from slalom.decision.methods import margin_among
 from slalom.decision.objective import (
     Arrive,
+    Candidates,
     FollowAcceleration,
     FollowVelocity,
     KeepAcceleration,
     Objective,
     Situation,
+    aims_are_compiled,
+    costs_of,
     is_compiled,
     parts_of,
     preferred_control,
@@ -46,11 +49,9 @@ from slalom.kernels.decision.tables import (
     CALLBACK,
     FOLLOW_ACCELERATION,
     FOLLOW_VELOCITY,
-    IN_PYTHON,
     MIXED,
     NO_CLAIMS,
     NO_OBJECTIVES,
-    PREFERRED,
     DecisionTables,
     Objectives,
     Paths,
@@ -58,6 +59,7 @@ from slalom.kernels.decision.tables import (
     RobotTable,
 )
 from slalom.model.goal import Goal
+from slalom.kernels.decision.right_of_way import ASIDE
 from slalom.model.path import Path
 from slalom.model.path_goal import PathGoal, PathStep
 from slalom.model.response import AccelerateThenBrake, AccelerateThenStop, Response
@@ -130,77 +132,40 @@ def observed_robots(robots: Tracks | None, forecast: Forecast) -> tuple[Tracks |
 
 
 class ObjectiveInPython:
-    """The preferred controls and costs of one decision, which the kernels ask for.
+    """The costs of the candidates of one decision, which the kernels ask for.
 
     Args:
-        objective: asked. navigator: with the limits that hold for this decision. request: its input.
-        responses: of the robot, in the order of its table. own: its row, with the state from which the kernels ask.
-        pieces: of the paths in its tables.
+        objective: asked. situation: of the decision. dimension: 2 or 3.
+        candidates: the most of them. pieces: of the paths in the tables of the robot.
     """
 
-    def __init__(
-        self,
-        objective: Objective,
-        navigator: Settings,
-        request: Request,
-        responses: tuple[Response, ...],
-        own: RobotRow,
-        pieces: int,
-    ) -> None:
-        self.objective = objective
-        self.navigator = navigator
-        self.request = request
-        self.responses, self.own = responses, own
+    def __init__(self, objective: Objective, situation: Situation, candidates: int, pieces: int) -> None:
+        self.objective, self.situation = objective, situation
         self.failure: BaseException | None = None
         self._callback = CALLBACK(self._answer)
-        self._situations: dict[tuple[int, bytes], Situation] = {}
-        self._preferred = np.zeros(3)
-        self._path = Paths(np.zeros((1, pieces + 1)), np.zeros((1, pieces, 4, 3)))
+        self._paths = Paths(np.empty((candidates, pieces + 1)), np.empty((candidates, pieces, 4, 3)))
+        self._until, self._costs = np.empty(candidates), np.empty(candidates)
 
-    def table(self, none: Objectives) -> Objectives:
-        """The table by which kernels ask: `none`, of no objective, with the address and the arrays of this one."""
+    def table(self, base: Objectives, preferred: Array) -> Objectives:
+        """The table by which kernels ask: that of the objective that this one extends, and its own controls (r, 3)."""
         address = cast(self._callback, c_void_p).value or 0
-        return none._replace(address=address, preferred=self._preferred, path=self._path)
+        asked = {"paths": self._paths, "until": self._until, "costs": self._costs}
+        return base._replace(address=address, preferred=preferred, **asked)
 
     def raise_failure(self) -> None:
         """Raise what the objective raised when it was asked: a kernel cannot pass it on."""
         if self.failure is not None:
             raise self.failure
 
-    def _answer(self, question: int, response: int, until: float, to: float) -> float:
-        if self.failure is None:
-            try:
-                if question == PREFERRED:
-                    control = preferred_control(self.objective.aims(self._situation(response)))
-                    self._preferred[: len(control)] = control
-                    return 0.0
-                until, to = self.request.now + until, self.request.now + max(until, to)
-                motion = piecewise_polynomial(*self._motion(until))
-                return float(self.objective.cost(motion, self._situation(0), to))
-            except BaseException as failure:
-                self.failure = failure
-        return np.inf
-
-    def _situation(self, k: int) -> Situation:
-        """The input of the objective for response k, in the state that the row has now."""
-        own = self.own
-        key = k, own.position.tobytes() + own.velocity.tobytes() + own.acceleration.tobytes()
-        if key not in self._situations:
-            state = State(own.position.copy(), own.velocity.copy(), own.acceleration.copy(), self.request.state.heading)
-            target, now = self.request.target, self.request.now
-            self._situations[key] = self.navigator.situation(self.responses[k], state, target, now)
-        return self._situations[key]
-
-    def _motion(self, until: float) -> tuple[Array, Array]:
-        """Times (n + 1,) [s] and points (n, 4, d) [m] of the path up to `until` [s], then at constant velocity."""
-        times, points = self._path.times[0], self._path.points[0][..., : len(self.own.position)]
-        begin = np.flatnonzero((np.diff(times) > 0.0) & (times[:-1] < until))
-        knots = np.append(times[begin], times[begin[-1] + 1])
-        path = Path(knots, points[begin], np.zeros(len(begin))).cut(np.append(knots[:-1], until))
-        last, duration = path.points[-1], path.times[-1] - path.times[-2]
-        way = (last[3] - last[2]) * (3.0 * self.navigator.horizon / duration)
-        straight = last[3] + way * (np.arange(4.0)[:, None] / 3.0)
-        return np.append(path.times, until + self.navigator.horizon), np.concatenate([path.points, straight[None]])
+    def _answer(self, count: int) -> float:
+        costs, s = self._costs[:count], self.situation
+        try:
+            points = self._paths.points[:count, ..., : s.state.dimension]
+            given = Candidates(self._paths.times[:count], points, s.now + self._until[:count], costs.copy())
+            costs[:] = np.inf if self.failure is not None else costs_of(self.objective, given, s)
+        except BaseException as failure:
+            self.failure, costs[:] = failure, np.inf
+        return 0.0
 
 
 REACH_SHARE: Final = 1.25
@@ -321,10 +286,6 @@ class PolicyTables:
         own.acceleration[:] = state.acceleration
         number, own.wanted[:], objectives = _numbers(objective, self._table, state)
         own.objective[0] = number
-        in_python = None
-        if number == IN_PYTHON:
-            in_python = self._objective_in_python(table, request)
-            objectives = in_python.table(objectives)
         own.enough[0] = enough = float(objective.enough_clearance)
         own.margin[0] = self.robot.margin + enough
         own.margin_among[0] = self._margin + enough
@@ -371,23 +332,43 @@ class PolicyTables:
         claims = NO_CLAIMS
         if others is not None and number == ARRIVE and request.previous is not None:
             claims = presumed_claims(robots, target - request.place, request.previous.stalled)
+        in_python = None
+        if not is_compiled(objective):
+            in_python, objectives = self._in_python(table, obstacles, request, len(angles), objectives)
         tables = DecisionTables(robots, *bodies, self._table, bounds, targets, settings, objectives, claims)
         return tables, in_python
 
-    def _objective_in_python(self, table: OwnTable, request: Request) -> ObjectiveInPython:
-        navigator, (robots, own) = self.robot, table
+    def _in_python(
+        self, table: OwnTable, obstacles: ObstacleWindow, request: Request, detours: int, base: Objectives
+    ) -> tuple[ObjectiveInPython, Objectives]:
+        """The objective of the decision, which is in Python, and the table by which it is asked."""
+        robot, objective, state = self.robot, request.robot.objective, request.state
         if request.step is not None:
-            navigator = replace(navigator, limits=replace(navigator.limits, max_speed=request.step.max_speed))
-        pieces = robots.committed.points.shape[1]
-        return ObjectiveInPython(request.robot.objective, navigator, request, self.responses, own, pieces)
+            robot = replace(robot, limits=replace(robot.limits, max_speed=request.step.max_speed))
+        if request.others is not None:
+            obstacles = robot.predict([*request.around, request.others], state, request.now)
+        own_aims = not aims_are_compiled(objective)
+        asked = [
+            robot.situation(response, state, request.target, request.now, obstacles)
+            for response in (self.responses if own_aims else self.responses[:1])
+        ]
+        preferred = np.zeros((len(asked) if own_aims else 0, 3))
+        for row, situation in zip(preferred, asked):
+            row[: state.dimension] = preferred_control(objective.aims(situation))
+        ways = 1 + detours + (0 if request.others is None else len(ASIDE))
+        # Of each preferred control two, and the present manoeuvre.
+        most, pieces = 2 * len(self.responses) * ways + 1, table.robots.committed.points.shape[1]
+        in_python = ObjectiveInPython(objective, asked[0], most, pieces)
+        return in_python, in_python.table(base, preferred)
 
 
 def _numbers(objective: Objective, table: ResponseTable, state: State) -> tuple[int, Array, Objectives]:
     """The number of the objective, the velocity or acceleration (d,) to follow, and its parts if it is mixed."""
     if type(objective) is Arrive:
         return ARRIVE, np.zeros(state.dimension), NO_OBJECTIVES
-    if not is_compiled(objective):
-        return IN_PYTHON, np.zeros(state.dimension), NO_OBJECTIVES
+    if not aims_are_compiled(objective):
+        # Its costs replace those of any other one.
+        return FOLLOW_ACCELERATION, np.zeros(state.dimension), NO_OBJECTIVES
     numbers = [(weight, *_wanted(part, table, state)) for weight, part in parts_of(objective)]
     if len(numbers) == 1:
         return *numbers[0][1:], NO_OBJECTIVES

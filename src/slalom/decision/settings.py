@@ -32,7 +32,7 @@ from slalom.base.checks import (
 from slalom.base.errors import InvalidInput
 from slalom.base.tolerances import ADMISSIBLE
 from slalom.decision.methods import HOLDS, Method
-from slalom.decision.objective import Arrive, Objective, Situation
+from slalom.decision.objective import NO_OBSTACLES, Arrive, Objective, Situation
 from slalom.decision.tables import step_of
 from slalom.kernels.decision.tables import DecisionSettings
 from slalom.model.goal import Goal
@@ -280,10 +280,13 @@ class Settings:
             responses = tuple(r for r in responses if r.settled(self.horizon) <= shortest)
         return [self.situation(response, state, goal, now) for response in responses]
 
-    def situation(self, response: Response, state: State, goal: Goal, now: float) -> Situation:
+    def situation(
+        self, response: Response, state: State, goal: Goal, now: float, obstacles: ObstacleWindow = NO_OBSTACLES
+    ) -> Situation:
         """The input of the objective for one response."""
         admissible = self.limits.admissible(response, state, self.horizon)
-        return Situation(response, state, goal, self.limits, admissible, now, self.horizon, self.period, self._shortest)
+        times = now, self.horizon, self.period, self._shortest
+        return Situation(response, state, goal, self.limits, admissible, *times, obstacles)
 
     def is_too_fast(self, state: State) -> bool:
         """Whether the robot exceeds its speed limit by more than rounding."""

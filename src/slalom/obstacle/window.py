@@ -1,6 +1,6 @@
 """Obstacles over a window of time: what all control obstacles of a decision are made of."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -389,6 +389,36 @@ class ObstacleWindow:
         window = self.without(np.array([o.contact_at_rest and o.name in names for o in self.obstacles], np.bool_))
         window._at_rest = False
         return window
+
+    def positions(self, times: npt.ArrayLike) -> Array:
+        """Predicted positions (n, m, d) [m] of the obstacles at times (m,) [s]; nan where they do not exist.
+
+        Of no obstacles (0, m, 1), which fits any dimension.
+        """
+        return self._over(times, lambda one, t: one.trajectory.position(t))
+
+    def velocities(self, times: npt.ArrayLike) -> Array:
+        """Predicted velocities (n, m, d) [m/s] of the obstacles at times (m,) [s], as `positions`."""
+        return self._over(times, lambda one, t: one.trajectory.velocity(t))
+
+    def radii(self, times: npt.ArrayLike) -> Array:
+        """Radii (n, m) [m] of bounding balls about the positions at times (m,) [s], with their uncertainty."""
+        each = np.zeros((len(self), np.size(times)))
+        for row, one in zip(each, self.obstacles):
+            row[:] = one.shape.bounding_radius
+            if one.uncertainty is not None:
+                later = np.maximum(np.asarray(times, dtype=np.float64) - self.start, 0.0)
+                row += [float(one.uncertainty.radius(t, one.dimension)) for t in later.ravel().tolist()]
+        return each
+
+    def _over(self, times: npt.ArrayLike, of: Callable[[Obstacle, Array], Array]) -> Array:
+        t = np.asarray(times, dtype=np.float64).reshape(-1)
+        found = np.full((len(self), t.size, self.dimension or 1), np.nan)
+        for row, one, until in zip(found, self.obstacles, self.until):
+            first, last = one.trajectory.span
+            there = (t >= first) & (t <= last) & (until > 0.0)
+            row[there] = of(one, t[there])
+        return found
 
     def touched_from(self, position: Array, deeper: Array, all_by: float = 0.0) -> "ObstacleWindow":
         """The same obstacles, those that a robot at `position` (d,) [m] overlaps moved away until it touches them.

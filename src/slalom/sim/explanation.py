@@ -13,7 +13,7 @@ from slalom.choice.selection import select
 from slalom.decision import Decision, Outcome
 from slalom.decision.decision import collision_of, not_kept
 from slalom.decision.navigator import Navigator
-from slalom.decision.objective import Arrive, preferred_control
+from slalom.decision.objective import Arrive, cost_of, preferred_control
 from slalom.model.goal import Goal
 from slalom.model.limits import Admissible
 from slalom.model.manoeuvre import Manoeuvre
@@ -141,7 +141,7 @@ def drawn_controls(known: Known, response: Response | None = None) -> DrawnContr
     own = begun is not None and begun.start == known.time and begun.response == blocked.response
     preferred = known.preferred if own else None
     if preferred is None:
-        situation = navigator.situation(blocked.response, state, known.goal, known.time)
+        situation = navigator.situation(blocked.response, state, known.goal, known.time, blocked.obstacles)
         limits = replace(situation.limits, max_speed=known.max_speed)
         preferred = preferred_control(navigator.objective.aims(replace(situation, limits=limits)))
     admissible = navigator.limits.admissible(blocked.response, state, navigator.horizon)
@@ -388,6 +388,6 @@ def _named(response: Response) -> str:
 def _cost(now: Known, manoeuvre: Manoeuvre, response: Response) -> float:
     """The cost of a manoeuvre from now on, in the situation of a response."""
     navigator = now.navigator
-    situation = navigator.situation(response, now.blocked.state, now.goal, now.time)
+    situation = navigator.situation(response, now.blocked.state, now.goal, now.time, now.blocked.obstacles)
     until = max(manoeuvre.settled_time(navigator.period, navigator.horizon), now.time + navigator.period)
-    return navigator.objective.cost(manoeuvre, situation, until)
+    return cost_of(navigator.objective, manoeuvre, situation, until)

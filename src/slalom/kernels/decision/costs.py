@@ -18,12 +18,9 @@ from slalom.kernels.decision.tables import (
     ARRIVE,
     BALL_WINDOWS,
     CALLBACK,
-    COST,
     FOLLOW_ACCELERATION,
     FOLLOW_VELOCITY,
-    IN_PYTHON,
     MIXED,
-    PREFERRED,
     DecisionTables,
     Objectives,
     Paths,
@@ -181,16 +178,6 @@ def take_part(robot: Robot, p: int, objectives: Objectives) -> None:
     copy_into(robot.wanted[:], objectives.wanted[p])
 
 
-@kernel
-def cost_in_python(until: float, to: float, paths: Paths, row: int, tables: DecisionTables) -> float:
-    """Cost [s] of row `row` of `paths` by an objective in Python: up to `until` [s], then at constant velocity up to
-    `to` [s] if that is later."""
-    objectives = tables.objectives
-    copy_into(objectives.path.times[0], paths.times[row])
-    copy_into(objectives.path.points[0], paths.points[row])
-    return float(call_back(objectives.address, COST, -1, until, to))
-
-
 @inlined
 def manoeuvre_cost(
     i: int, until: float, to: float, paths: Paths, row: int, near: Indices, tables: DecisionTables, scratch: Scratch
@@ -201,8 +188,6 @@ def manoeuvre_cost(
     """
     robot = tables.robots.each[i]
     parts = tables.objectives
-    if robot.objective == IN_PYTHON:
-        return cost_in_python(until, to, paths, row, tables)
     mixed = robot.objective == MIXED
     cost = 0.0
     for p in range(len(parts.kind) if mixed else 1):
@@ -285,8 +270,6 @@ def optimistic_cost(i: int, r: int, u: Array, tables: DecisionTables, scratch: S
             middle = -peak_drift(robot, p, axis, responses) / responses.peaks[p, 4]
             inside[axis] = middle + (u[axis] - middle) * (radius / np.sqrt(square))
     response_path(robot, r, inside, responses, settings, until, scratch.paths, 0)
-    if robot.objective == IN_PYTHON:
-        return cost_in_python(until, until, scratch.paths, 0, tables)
     mixed = robot.objective == MIXED
     cost = 0.0
     parts = tables.objectives
@@ -348,12 +331,12 @@ less. Smaller: robots that climb pass others above or below."""
 def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scratch: Scratch, u: Array) -> None:
     """Write the control of response r that robot i prefers into u (3,), see `preferred_by_part`.
 
-    With a mixed objective it is the mean of those of the parts. With one in Python and an `angle` [rad], it leads to
+    With a mixed objective it is the mean of those of the parts. With aims in Python and an `angle` [rad], it leads to
     the velocity to which the preferred control leads, turned.
     """
     robot = tables.robots.each[i]
     parts = tables.objectives
-    if robot.objective == IN_PYTHON:
+    if len(parts.preferred) > 0:
         preferred_in_python(i, r, angle, tables, u)
         return
     mixed = robot.objective == MIXED
@@ -372,10 +355,8 @@ def preferred_control(i: int, r: int, angle: float, tables: DecisionTables, scra
 def preferred_in_python(i: int, r: int, angle: float, tables: DecisionTables, u: Array) -> None:
     """Write the control of response r that an objective in Python prefers into u (3,), see `preferred_control`."""
     robot = tables.robots.each[i]
-    objectives = tables.objectives
     shares = tables.responses.each[r].settled_velocity
-    call_back(objectives.address, PREFERRED, r - tables.responses.kinds[robot.kind], 0.0, 0.0)
-    copy_into(u, objectives.preferred)
+    copy_into(u, tables.objectives.preferred[r - tables.responses.kinds[robot.kind]])
     if angle != 0.0:
         drift = np.zeros(3)
         reached = np.zeros(3)
@@ -620,29 +601,26 @@ def first_detour(i: int, closed: Flags, tables: DecisionTables, search: Response
 # Calls of Python from kernels, by the address of a function.
 
 
-def call_back(address: int, question: int, response: int, until: float, to: float) -> float:
-    """The answer of the function at `address`, one of type CALLBACK.
+def call_back(address: int, count: int) -> float:
+    """Call the function at `address`, one of type CALLBACK, for so many candidates.
 
-    It may write into arrays that the kernel reads. Its caller holds the function, and raises what was raised there.
+    It writes into arrays that the kernel reads. Its caller holds the function, and raises what was raised there.
     """
-    return float(CALLBACK(address)(question, response, until, to))
+    return float(CALLBACK(address)(count))
 
 
 @type_callable(call_back)
 def _type_of_answer(_context: Any) -> Callable[..., Any]:
-    def answer(_address: Any, _question: Any, _response: Any, _until: Any, _to: Any) -> Any:
+    def answer(_address: Any, _count: Any) -> Any:
         return types.float64
 
     return answer
 
 
-@lower_builtin(call_back, types.Integer, types.Integer, types.Integer, types.Float, types.Float)  # type: ignore[no-untyped-call, untyped-decorator]
+@lower_builtin(call_back, types.Integer, types.Integer)  # type: ignore[no-untyped-call, untyped-decorator]
 def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    wanted = (types.int64, types.int64, types.int64, types.float64, types.float64)
-    address, *values = (
-        context.cast(builder, value, found, to) for value, found, to in zip(arguments, signature.args, wanted)
+    address, count = (
+        context.cast(builder, value, found, types.int64) for value, found in zip(arguments, signature.args)
     )
-    whole = ir.IntType(64)
-    real = ir.DoubleType()
-    function = ir.FunctionType(real, [whole, whole, real, real]).as_pointer()
-    return builder.call(builder.inttoptr(address, function), values)
+    function = ir.FunctionType(ir.DoubleType(), [ir.IntType(64)]).as_pointer()
+    return builder.call(builder.inttoptr(address, function), [count])

@@ -14,6 +14,7 @@ from slalom.kernels.decision.bodies import limit_margin, obstacle_pieces, reduce
 from slalom.kernels.decision.collision import WORK_ROW, free_without_margin, latest_collision
 from slalom.kernels.decision.costs import (
     COST_TIE,
+    call_back,
     first_detour,
     first_least,
     manoeuvre_cost,
@@ -48,11 +49,19 @@ from slalom.kernels.decision.paths import (
     acceleration_on_path,
     bounding_balls,
     commit,
+    response_path,
     rest_of_path,
     state_on_path,
     unchanged_control,
 )
-from slalom.kernels.decision.response_motion import WORK_CHOICE, free_control, no_motions, relative_table
+from slalom.kernels.decision.response_motion import (
+    WORK_CHOICE,
+    choose,
+    free_control,
+    no_motions,
+    other_side,
+    relative_table,
+)
 from slalom.kernels.decision.right_of_way import cost_on_ways, ways_aside
 from slalom.kernels.decision.tables import (
     ARRIVE,
@@ -62,8 +71,10 @@ from slalom.kernels.decision.tables import (
     Controls,
     DecisionTables,
     ObstaclePieces,
+    Paths,
     ResponseSearch,
     Scratch,
+    SelectionProblem,
 )
 from slalom.kernels.decision.targets import target_state
 from slalom.kernels.geometry.cubic import copy_into
@@ -163,6 +174,15 @@ def committed_is_clear(i: int, without_margin: bool, near: Indices, tables: Deci
 
 
 @kernel
+def kept_cost(i: int, until: float, to: float, near: Indices, tables: DecisionTables, scratch: Scratch) -> float:
+    """Cost [s] of the committed manoeuvre of robot i, see `keep_committed`."""
+    robots, settings = tables.robots, tables.settings
+    if robots.each[i].resting and is_measured_at_rest(robots.each[i], settings.dimension):
+        return float(cost_on_ways(i, until, robots.committed, i, tables, scratch))
+    return float(manoeuvre_cost(i, until, to, robots.committed, i, near, tables, scratch))
+
+
+@kernel
 def keep_committed(
     i: int, k: int, least: float, free: bool, near: Indices, tables: DecisionTables, search: ResponseSearch
 ) -> int:
@@ -183,17 +203,14 @@ def keep_committed(
     to = max(settings.period, responses.each[responses.kinds[robot.kind] + k].step)
     until = max(settings.period, robot.settled - settings.now)
     if costs[k] == np.inf:
-        if robot.resting and is_measured_at_rest(robot, settings.dimension):
-            costs[k] = cost_on_ways(i, until, robots.committed, i, tables, search.scratch)
-        else:
-            costs[k] = manoeuvre_cost(i, until, to, robots.committed, i, near, tables, search.scratch)
+        costs[k] = kept_cost(i, until, to, near, tables, search.scratch) + search.added[0]
     if robot.stop and robot.objective == ARRIVE and passes_target(i, until, tables, search.scratch):
         return SEARCH
     # A free change can be made later as well; a robot that arrives before cannot make it.
     most = until + to if not free or costs[k] <= until else 0.0
     if costs[k] - least > settings.patience * most + COST_TIE:
         if search.delays[k] == np.inf:
-            search.delays[k] = loss_by_delay(i, k, until, tables, search)
+            search.delays[k] = loss_by_delay(i, k, until, tables, search) + search.added[0] - search.added[1]
         if search.delays[k] > settings.patience * until + COST_TIE:
             return SEARCH
     return committed_is_clear(i, False, near, tables, search.scratch)
@@ -233,7 +250,12 @@ def free_cost(i: int, r: int, preferred: Array, tables: DecisionTables, scratch:
 
 @kernel
 def loss_by_delay(i: int, k: int, until: float, tables: DecisionTables, search: ResponseSearch) -> float:
-    """Time [s] that robot i loses, without obstacles, if it changes to its k-th response only after `until` [s]."""
+    """Time [s] that robot i loses, without obstacles, if it changes to its k-th response only after `until` [s].
+
+    inf where it is not known: aims in Python are known at the present state.
+    """
+    if len(tables.objectives.preferred) > 0:
+        return np.inf
     robots = tables.robots
     settings = tables.settings
     scratch = search.scratch
@@ -338,6 +360,120 @@ def best_response(
 
 
 @kernel
+def put_candidate(n: int, until: float, cost: float, paths: Paths, row: int, tables: DecisionTables) -> None:
+    """Let row `row` of `paths`, up to `until` [s] from now, with a cost [s], be the candidate number n."""
+    asked = tables.objectives
+    copy_into(asked.paths.times[n], paths.times[row])
+    copy_into(asked.paths.points[n], paths.points[row])
+    asked.until[n] = until
+    asked.costs[n] = cost
+
+
+@kernel
+def put_sides(
+    i: int,
+    r: int,
+    n: int,
+    motion: SelectionProblem,
+    controls: Controls,
+    found: Array,
+    most: float,
+    near: Indices,
+    tables: DecisionTables,
+    scratch: Scratch,
+) -> int:
+    """The number of candidates after those of response r, of which the first is number n; its path is in the scratch.
+
+    It is the exact choice `controls.found`; the other one is that of `other_side`, with `most` [us] of work. Their
+    controls go into `found` (q, 3).
+    """
+    settings, u = tables.settings, controls.found
+    until = max(settings.period, tables.responses.each[r].step)
+    for side in range(2):
+        if side == 1:
+            limits = other_side(motion.limits, motion.table, motion.hulls, controls.preferred, u)
+            if len(limits) == 0:
+                break
+            other = SelectionProblem(limits, motion.table, motion.hulls)
+            free, work = choose(other, controls.preferred, settings.dimension, most, np.inf, u)
+            tables.robots.each[i].work += work
+            if not free:
+                break
+            response_path(tables.robots.each[i], r, u, tables.responses, settings, until, scratch.paths, 0)
+        cost = manoeuvre_cost(i, until, until, scratch.paths, 0, near, tables, scratch)
+        put_candidate(n, until, cost, scratch.paths, 0, tables)
+        copy_into(found[n], u)
+        n += 1
+    return n
+
+
+@kernel
+def best_candidate(
+    i: int,
+    rows: ObstaclePieces,
+    near: Indices,
+    tables: DecisionTables,
+    search: ResponseSearch,
+    keep: bool,
+    safe: bool,
+) -> tuple[int, int]:
+    """As `best_response`, for an objective in Python, which is asked once for the costs of all candidates.
+
+    They are of each response the exact choice, and the free control nearest to the preferred one of `other_side`. The
+    last candidate is the committed manoeuvre.
+    """
+    responses, settings, asked = tables.responses, tables.settings, tables.objectives
+    robot, scratch = tables.robots.each[i], search.scratch
+    first, count = responses.kinds[robot.kind], len(search.excluded)
+    if len(search.costs) > count:
+        first_detour(i, search.excluded, tables, search)
+    controls = Controls(np.zeros(3), np.zeros(3), np.zeros(3))
+    preferred = controls.preferred
+    motions, which = no_motions(i, rows, tables, controls.unchanged), np.full(count, -1)
+    found, numbers = np.empty((len(asked.costs), 3)), np.zeros(len(asked.costs), np.int64)
+    n, over = 0, False
+    for at in range(len(search.costs)):
+        k = at % count
+        over = (safe or n > 0) and robot.work >= settings.budget
+        if over or search.excluded[k]:
+            continue
+        r = first + k
+        most = settings.budget - robot.work if safe or n > 0 else np.inf
+        copy_into(preferred, search.preferred[at])
+        unchanged_control(robot, r, responses, controls.unchanged)
+        robot.work += WORK_CHOICE + WORK_ROW * len(rows.pieces.body)
+        free = free_control(i, r, k, UNKNOWN, motions, which, rows, tables, controls, most, np.inf, scratch)
+        if free:
+            last = put_sides(i, r, n, motions[which[k]], controls, found, most, near, tables, scratch)
+            numbers[n:last] = at
+            n = last
+    if n == 0:
+        return -1, INTERRUPTED if over else CONSTRAINED
+    until = max(settings.period, robot.settled - settings.now)
+    committed = robot.settled < np.inf
+    if committed:
+        put_candidate(n, until, kept_cost(i, until, until, near, tables, scratch), tables.robots.committed, i, tables)
+    before = asked.costs.copy()
+    call_back(asked.address, n + committed)
+    best = first_least(asked.costs[:n])
+    if not asked.costs[best] < np.inf:
+        return -1, CONSTRAINED
+    k = numbers[best] % count
+    copy_into(preferred, search.preferred[numbers[best]])
+    copy_into(search.control, found[best])
+    is_preferred = numbers[best] < count
+    for axis in range(3):
+        is_preferred = is_preferred and found[best, axis] == preferred[axis]
+    outcome = CLEAR if is_preferred else CONSTRAINED
+    if keep and committed:
+        search.added[0] = asked.costs[n] - before[n]
+        search.added[1] = asked.costs[best] - before[best]
+        if keep_committed(i, k, asked.costs[best], is_preferred, near, tables, search) == KEPT:
+            return first + k, KEPT
+    return first + k, outcome
+
+
+@kernel
 def best_of_responses(
     i: int,
     rows: ObstaclePieces,
@@ -359,7 +495,10 @@ def best_of_responses(
             if attempt == 0 and tables.responses.each[first + k].brakes:
                 search.excluded[k] = True
                 search.costs[k] = np.inf
-        r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
+        if tables.objectives.address != 0:
+            r, outcome = best_candidate(i, rows, near, tables, search, keep, safe)
+        else:
+            r, outcome = best_response(i, rows, met, near, tables, search, keep, safe)
         if r >= 0 or outcome in (KEPT, INTERRUPTED):
             break
         copy_into(search.excluded, excluded)
@@ -435,6 +574,7 @@ def new_search(i: int, tables: DecisionTables, scratch: Scratch) -> ResponseSear
         np.full(rows, np.inf),
         np.zeros((rows, 3)),
         np.zeros(3),
+        np.zeros(2),
         aside,
     )
     if is_too_fast(robot):
@@ -510,7 +650,7 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     """The outcome of the decision of robot i among the robots `near` (m,); its manoeuvre goes into the robot table.
 
     Most robots keep their manoeuvre. That needs fewer of the bodies in reach, and little code, which stays in the
-    processor's cache: what follows is therefore a kernel of its own.
+    processor's cache: what follows is therefore a kernel of its own. An objective in Python is asked there only.
     """
     scratch = by_reference(scratch)
     robot = tables.robots.each[i]
@@ -518,8 +658,10 @@ def decide(i: int, near: Indices, tables: DecisionTables, scratch: Scratch) -> i
     search = new_search(i, tables, scratch)
     result = CONSTRAINED
     if robot.settled < np.inf and not is_too_fast(robot):
-        k = first_least(search.costs)
-        result = keep_committed(i, k, search.costs[k], True, near, tables, search)
+        result = SEARCH
+        if tables.objectives.address == 0:
+            k = first_least(search.costs)
+            result = keep_committed(i, k, search.costs[k], True, near, tables, search)
         if result in (KEPT, FALL_BACK):
             return result
     return change_manoeuvre(i, result == SEARCH, near, tables, search)

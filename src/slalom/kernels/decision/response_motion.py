@@ -19,10 +19,12 @@ from slalom.kernels.decision.tables import (
     Scratch,
     SelectionProblem,
 )
-from slalom.kernels.geometry.cubic import copy_into
-from slalom.kernels.jit import inlined, kernel
+from slalom.kernels.geometry.cubic import copy_into, image, modulus_at, to_control, value
+from slalom.kernels.geometry.hulls import MovingHull, corners_at, load_path
+from slalom.kernels.jit import inlined, kernel, squared
+from slalom.kernels.relative_motion.clearance import nearest_on_chord, new_workspace
 from slalom.kernels.relative_motion.segments import bounding_radii, relative_segments
-from slalom.kernels.selection.exchange import SAFE, nearest_free
+from slalom.kernels.selection.exchange import SAFE, SMALLEST_GAIN, deepest_violation, nearest_free
 
 WORK_CHOICE: Final = 8.0
 """[us] Counted for an exact selection, and for an attempt to steer to the goal: see WORK_NODE."""
@@ -195,6 +197,59 @@ def choose(m: SelectionProblem, preferred: Array, d: int, most: float, within: f
         copy_into(u, found)
     per_element = WORK_ELEMENT if len(m.hulls) > 0 else 0.0
     return code == SAFE, WORK_CHOICE + WORK_CONTROL * examined + per_element * elements
+
+
+@kernel
+def other_side(base: Array, table: Segments, hulls: MaybeHulls, preferred: Array, found: Array) -> Array:
+    """Limits `base` (l, 5), and that of controls that pass a body on the other side than `found` (3,): (l + 1, 5).
+
+    (0, 5) without a body. It is the body that the `preferred` control (3,) meets, or else the one that this passes nearest. Relative to the
+    robot it moves along a line. The half-space added holds the controls that shift the robot to the other side of it.
+    """
+    work = new_workspace(len(table.radius), hulls)
+    s = deepest_violation(table, hulls, preferred, work)
+    if s == -1:
+        least = np.inf
+        for b in range(len(work.gaps)):
+            if work.gaps[b] - table.bounding_radius[b] < least:
+                least, s = work.gaps[b] - table.bounding_radius[b], b
+    if s < 0:
+        return np.empty((0, 5))
+    place = nearest_on_chord(table, s, preferred)
+    gain, cross = table.gains[:, s], table.cross[:, s : s + 1]
+    center, way, away = np.zeros(3), np.zeros(3), np.zeros(3)
+    for axis in range(3):
+        p = table.points[:, axis, s].copy()
+        for c in range(4):
+            p[c] -= image(table.gains, table.cross, c, s, preferred, axis)
+        center[axis], way[axis] = value(p[0], p[1], p[2], p[3], place), p[3] - p[0]
+    if len(hulls) > 0 and hulls.hull[s] >= 0:
+        load_path(table, hulls, s, preferred, work.path)
+        moving = MovingHull(work.path, hulls, hulls.hull[s], table.radius[s], table.growth[s])
+        count = corners_at(moving, place, work.corners)
+        for axis in range(3):
+            center[axis] = work.corners[:count, axis].sum() / count
+    if modulus_at(gain, cross, place) < SMALLEST_GAIN:
+        return np.empty((0, 5))
+    to_control(gain, cross, place, center)
+    along, length = 0.0, 1e-300
+    for axis in range(3):
+        away[axis] = found[axis] - preferred[axis] - center[axis]
+        along += away[axis] * way[axis]
+        length += squared(way[axis])
+    square = 0.0
+    for axis in range(3):
+        away[axis] -= along / length * way[axis]
+        square += squared(away[axis])
+    if square == 0.0:
+        return np.empty((0, 5))
+    limits = np.zeros((len(base) + 1, 5))
+    for b in range(len(base)):
+        copy_into(limits[b], base[b])
+    for axis in range(3):
+        limits[-1, 1 + axis] = away[axis] / np.sqrt(square)
+        limits[-1, 4] += limits[-1, 1 + axis] * (preferred[axis] + center[axis])
+    return limits
 
 
 @kernel

@@ -236,26 +236,23 @@ ARRIVE = 0
 FOLLOW_VELOCITY = 1
 FOLLOW_ACCELERATION = 2
 MIXED = 3
-IN_PYTHON = 4
-"""Objectives by number. MIXED has parts of the first three, see `Objectives`; IN_PYTHON is called, see CALLBACK."""
+"""Objectives by number. MIXED has parts of the first three, see `Objectives`."""
 
-PREFERRED = 0
-COST = 1
-"""Questions to an objective in Python: the preferred control of a response; the cost of `Objectives.path`."""
-
-CALLBACK: Final = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_double)
-"""The type of a function that kernels call: a question, the number of a response, two times [s]; a number."""
+CALLBACK: Final = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)
+"""The type of a function that kernels call with the number of candidates; its answer means nothing."""
 
 
 class Objectives(NamedTuple):
-    """The parts of a mixed objective, or what kernels exchange with an objective that is written in Python."""
+    """The parts of a mixed objective, and what kernels exchange with an objective that is written in Python."""
 
     kind: Indices  # (k,) the number of each part
     weight: Array  # (k,) their sum is 1
     wanted: Array  # (k, 3) [m/s or m/s^2] velocity or acceleration to follow
-    address: int  # of the function that answers for an objective in Python, see CALLBACK; 0: none
-    preferred: Array  # (3,) the preferred control, an answer
-    path: Paths  # the motion of which the cost is asked
+    address: int  # of the function that writes the `costs` by an objective in Python, see CALLBACK; 0: none
+    preferred: Array  # (r, 3) the controls that it prefers, of each response; (0, 3): the parts prefer
+    paths: Paths  # (q, ...) the motions of candidates
+    until: Array  # (q,) [s] after now, from when on each keeps its velocity
+    costs: Array  # (q,) [s] by the parts; as answers by the objective
 
 
 NO_OBJECTIVES: Final = Objectives(
@@ -263,8 +260,10 @@ NO_OBJECTIVES: Final = Objectives(
     weight=np.empty(0),
     wanted=np.empty((0, 3)),
     address=0,
-    preferred=np.empty(3),
-    path=Paths(np.empty((0, 0)), np.empty((0, 0, 4, 3))),
+    preferred=np.empty((0, 3)),
+    paths=Paths(np.empty((0, 0)), np.empty((0, 0, 4, 3))),
+    until=np.empty(0),
+    costs=np.empty(0),
 )
 """For robots whose objectives have no parts."""
 
@@ -361,6 +360,7 @@ class ResponseSearch(NamedTuple):
     costs: Array  # (k * (1 + detours + m),) [s] optimistic costs; inf: examined or not computed
     preferred: Array  # (k * (1 + detours + m), 3) controls
     control: Array  # (3,) of the best manoeuvre found
+    added: Array  # (2,) [s] by an objective in Python to the costs of the committed manoeuvre, and of the best candidate
     aside: Array  # (m, 3) unit vectors off the way that the robot has to leave; none if it covers none
 
 
