@@ -44,10 +44,8 @@ def situations(scenes: int) -> list[tuple[ControlObstacle, Situation, np.ndarray
             table = ObstacleWindow(cars, float(run.times[k]), HORIZON)
             blocked = ControlObstacle(response, state, table, scenario.robot.shape, scenario.margin * 0.5)
             limits = scenario.robot.limits
-            admissible = limits.admissible(response, state, HORIZON)
-            situation = Situation(
-                response, state, scenario.robot.goal, limits, admissible, float(run.times[k]), HORIZON, 0.1, 0.2
-            )
+            now = float(run.times[k])
+            situation = Situation(response, state, scenario.robot.goal, limits, now, HORIZON, 0.1, 0.2)
             found.append((blocked, situation, preferred_control(Arrive().aims(situation))))
     return found[:scenes]
 

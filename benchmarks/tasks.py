@@ -82,8 +82,7 @@ def decision(state: State, goal: Goal, obstacles: list[Obstacle]) -> Task:
     """The decision of one response of nao at time 0."""
     response = AccelerateThenCoast(HOLD)
     blocked = ControlObstacle(response, state, ObstacleWindow(ObstacleTable(obstacles), 0.0, HORIZON), ROBOT, MARGIN)
-    admissible = LIMITS.admissible(response, state, HORIZON)
-    situation = Situation(response, state, goal, LIMITS, admissible, 0.0, HORIZON, 0.1, HOLD)
+    situation = Situation(response, state, goal, LIMITS, 0.0, HORIZON, 0.1, HOLD)
     return Task(situation, preferred_control(Arrive().aims(situation)), blocked)
 
 

@@ -9,24 +9,25 @@ from slalom.base.checks import Positive
 from slalom.sim import Robot, Scenario, metrics, simulate
 
 
-def in_front(p, c, v):
-    """How many obstacles a robot passes in front of, within 6 m: positions (m, d), those and velocities (n, m, d)."""
-    away = p - c
-    at = np.linalg.norm(away, axis=-1).argmin(axis=-1)[:, None, None]
-    away, v = (np.take_along_axis(each, at, axis=-2)[..., 0, :] for each in (away, v))
-    return ((np.linalg.norm(away, axis=-1) < 6.0) & ((away * v).sum(axis=-1) > 0.0)).sum(axis=-1)
+def in_front(p, cars, moves):
+    """How many cars (k, m, d) robots at p (n, m, d) pass in front of, within 6 m at the nearest: (n,)."""
+    away = p[:, None] - cars
+    distances = np.linalg.norm(away, axis=-1)
+    at = distances.argmin(axis=-1)[..., None]
+    ahead = np.take_along_axis(np.einsum("nkmd,kmd->nkm", away, moves), at, axis=-1)
+    return ((ahead > 0.0) & (np.take_along_axis(distances, at, axis=-1) < 6.0)).sum(axis=(1, 2))
 
 
 @dataclass(frozen=True)
 class PassBehind(slalom.Arrive):
-    """Arrive early, but as if each obstacle passed in front of cost `weight` [s] more."""
+    """Arrive early, but as if each car passed in front of cost `weight` [s] more."""
 
     weight: Positive = 10.0
 
     def costs(self, candidates, situation):
-        times = situation.now + np.linspace(0.0, situation.horizon, 61)
-        cars, moves = situation.obstacles.positions(times), situation.obstacles.velocities(times)
-        return candidates.costs + self.weight * np.array([in_front(p, cars, moves) for p in candidates.positions(times)])
+        times, known = situation.now + np.linspace(0.0, situation.horizon, 31), situation.obstacles
+        front = in_front(candidates.positions(times), known.positions(times), known.velocities(times))
+        return candidates.costs + self.weight * front
 
 
 def build(start):
@@ -44,6 +45,6 @@ if __name__ == "__main__":
             run = simulate(scene, "nao", objective=objective)
             (car,), found = scene.obstacles, metrics.summary(run)
             cars, moves = car.trajectory.position(run.times)[None], car.trajectory.velocity(run.times)[None]
-            front = in_front(run.positions[:, 0], cars, moves)
+            (front,) = in_front(run.positions[:, 0][None], cars, moves)
             name = f"{type(objective).__name__} {getattr(objective, 'weight', '')}"
             print(f"{start:14g}  {name:16}  {front}  {found['time']:.1f}  {found['min_clearance']:.2f}")

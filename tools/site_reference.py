@@ -95,7 +95,17 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "Bounds": (*("Bound", "Box", "ConvexPolygon", "Friction", "HeadingCone", "LeastSpeed", "TurningRadius"),),
     "Objectives": (
-        *("Objective", "Aim", "Arrive", "FollowVelocity", "FollowAcceleration", "KeepAcceleration", "Mix"),
+        *(
+            "Objective",
+            "Situation",
+            "Candidates",
+            "Aim",
+            "Arrive",
+            "FollowVelocity",
+            "FollowAcceleration",
+            "KeepAcceleration",
+            "Mix",
+        ),
         *("MostClearance", "preferred_control"),
     ),
     "Errors": ("SlalomError", "InvalidInput", "InvalidFile", "MissingExtra", "OutsideSpan"),

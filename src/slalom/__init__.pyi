@@ -30,12 +30,14 @@ from .decision.navigator import Navigator as Navigator
 from .decision.objective import (
     Aim as Aim,
     Arrive as Arrive,
+    Candidates as Candidates,
     FollowAcceleration as FollowAcceleration,
     FollowVelocity as FollowVelocity,
     KeepAcceleration as KeepAcceleration,
     Mix as Mix,
     MostClearance as MostClearance,
     Objective as Objective,
+    Situation as Situation,
     preferred_control as preferred_control,
 )
 from .decision.settings import (

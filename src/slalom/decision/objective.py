@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from math import sqrt
 from typing import Final, NamedTuple, Protocol, runtime_checkable
 
@@ -87,12 +88,16 @@ class Situation:
     state: State
     goal: Goal
     limits: Limits
-    admissible: Admissible
     now: float
     horizon: float
     period: float  # [s] until the next decision
     shortest: float  # [s] the least time for which the robot holds a control
     obstacles: ObstacleWindow = NO_OBSTACLES  # `positions`, `velocities` and `radii` over time
+
+    @cached_property
+    def admissible(self) -> Admissible:
+        """The controls that the limits allow."""
+        return self.limits.admissible(self.response, self.state, self.horizon)
 
     @property
     def step(self) -> float:

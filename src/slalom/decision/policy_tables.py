@@ -43,7 +43,7 @@ from slalom.decision.tables import (
     target_paths,
 )
 from slalom.forecast.forecast import Forecast
-from slalom.forecast.linear import piecewise_polynomial
+from slalom.kernels.decision.right_of_way import ASIDE
 from slalom.kernels.decision.tables import (
     ARRIVE,
     CALLBACK,
@@ -59,10 +59,9 @@ from slalom.kernels.decision.tables import (
     RobotTable,
 )
 from slalom.model.goal import Goal
-from slalom.kernels.decision.right_of_way import ASIDE
 from slalom.model.path import Path
 from slalom.model.path_goal import PathGoal, PathStep
-from slalom.model.response import AccelerateThenBrake, AccelerateThenStop, Response
+from slalom.model.response import AccelerateThenBrake, AccelerateThenStop
 from slalom.model.shape import round_shape
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
@@ -135,8 +134,8 @@ class ObjectiveInPython:
     """The costs of the candidates of one decision, which the kernels ask for.
 
     Args:
-        objective: asked. situation: of the decision. dimension: 2 or 3.
-        candidates: the most of them. pieces: of the paths in the tables of the robot.
+        objective: asked. situation: of the decision. candidates: the most of them.
+        pieces: of the paths in the tables of the robot.
     """
 
     def __init__(self, objective: Objective, situation: Situation, candidates: int, pieces: int) -> None:
@@ -149,8 +148,9 @@ class ObjectiveInPython:
     def table(self, base: Objectives, preferred: Array) -> Objectives:
         """The table by which kernels ask: that of the objective that this one extends, and its own controls (r, 3)."""
         address = cast(self._callback, c_void_p).value or 0
-        asked = {"paths": self._paths, "until": self._until, "costs": self._costs}
-        return base._replace(address=address, preferred=preferred, **asked)
+        return base._replace(
+            address=address, preferred=preferred, paths=self._paths, until=self._until, costs=self._costs
+        )
 
     def raise_failure(self) -> None:
         """Raise what the objective raised when it was asked: a kernel cannot pass it on."""

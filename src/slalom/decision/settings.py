@@ -284,9 +284,8 @@ class Settings:
         self, response: Response, state: State, goal: Goal, now: float, obstacles: ObstacleWindow = NO_OBSTACLES
     ) -> Situation:
         """The input of the objective for one response."""
-        admissible = self.limits.admissible(response, state, self.horizon)
         times = now, self.horizon, self.period, self._shortest
-        return Situation(response, state, goal, self.limits, admissible, *times, obstacles)
+        return Situation(response, state, goal, self.limits, *times, obstacles)
 
     def is_too_fast(self, state: State) -> bool:
         """Whether the robot exceeds its speed limit by more than rounding."""

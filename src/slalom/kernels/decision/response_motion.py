@@ -203,8 +203,8 @@ def choose(m: SelectionProblem, preferred: Array, d: int, most: float, within: f
 def other_side(base: Array, table: Segments, hulls: MaybeHulls, preferred: Array, found: Array) -> Array:
     """Limits `base` (l, 5), and that of controls that pass a body on the other side than `found` (3,): (l + 1, 5).
 
-    (0, 5) without a body. It is the body that the `preferred` control (3,) meets, or else the one that this passes nearest. Relative to the
-    robot it moves along a line. The half-space added holds the controls that shift the robot to the other side of it.
+    (0, 5) without a body. It is the body that the `preferred` control (3,) meets, or else the one that this passes
+    nearest. Relative to the robot it moves along a line. The added half-space shifts the robot to its other side.
     """
     work = new_workspace(len(table.radius), hulls)
     s = deepest_violation(table, hulls, preferred, work)

@@ -360,7 +360,7 @@ class ResponseSearch(NamedTuple):
     costs: Array  # (k * (1 + detours + m),) [s] optimistic costs; inf: examined or not computed
     preferred: Array  # (k * (1 + detours + m), 3) controls
     control: Array  # (3,) of the best manoeuvre found
-    added: Array  # (2,) [s] by an objective in Python to the costs of the committed manoeuvre, and of the best candidate
+    added: Array  # (2,) [s] by an objective in Python to the cost of the committed manoeuvre, and of the best candidate
     aside: Array  # (m, 3) unit vectors off the way that the robot has to leave; none if it covers none
 
 
