@@ -683,6 +683,13 @@ def undumped(change: Callable[[dict], object]) -> Callable[[Path], object]:
     return lambda folder: read_decision(dumped(change)(folder))
 
 
+class OneCost(slalom.Arrive):
+    """An objective in Python that returns one cost for all candidates."""
+
+    def costs(self, candidates: slalom.Candidates, situation: slalom.Situation) -> np.ndarray:
+        return np.ones(1)
+
+
 class Aimless(Arrive):
     """An objective in Python without aims."""
 
@@ -693,6 +700,9 @@ class Aimless(Arrive):
 CURVE = Obstacle(Disc(1), Function(lambda t: (9.0, t), 1.0, 0.0, 0.0, 99.0))
 DECISIONS: dict[str, Callable[[Path], object]] = {
     r"holds: expected durations, found 3": lambda _: navigator(holds=3),
+    r"costs: expected \d+ numbers, found \[1\]": lambda _: navigator(objective=OneCost()).decide(
+        *(FLAT, (), slalom.Goal(slalom.Stationary((9.0, 0.0))))
+    ),
     r"aims: expected one with weight and gain above 0, found none": lambda _: navigator(objective=Aimless()).decide(
         FLAT, [], GOAL
     ),
