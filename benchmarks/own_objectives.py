@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import slalom
-from slalom.decision.objective import Candidates, Situation
+from slalom import Candidates, Situation
 from slalom.sim import Scenario, gallery, simulate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))

@@ -1,11 +1,12 @@
-"""An objective of your own: the robot passes behind cars that cross its way, where `Arrive` passes in front."""
+"""An objective of your own: pass behind cars. `python examples/18_pass_behind.py FOLDER` draws two runs."""
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
 
 import slalom
-from slalom.base.checks import Positive
+from slalom import view
 from slalom.sim import Robot, Scenario, metrics, simulate
 
 
@@ -22,7 +23,7 @@ def in_front(p, cars, moves):
 class PassBehind(slalom.Arrive):
     """Arrive early, but as if each car passed in front of cost `weight` [s] more."""
 
-    weight: Positive = 10.0
+    weight: float = 10.0
 
     def costs(self, candidates, situation):
         times, known = situation.now + np.linspace(0.0, situation.horizon, 31), situation.obstacles
@@ -37,14 +38,21 @@ def build(start):
     return Scenario("crossing", (Robot(slalom.Disc(1.0), slalom.Limits(6, 3), state, goal),), [car], duration=30.0)
 
 
+def drive(start, objective):
+    """A run, and how many cars the robot passes in front of."""
+    run = simulate(build(start), "nao", objective=objective)
+    car = run.obstacles[0].trajectory
+    return run, in_front(run.positions[None, :, 0], car.position(run.times)[None], car.velocity(run.times)[None])[0]
+
+
 if __name__ == "__main__":
-    print("car from y [m]  objective  passed in front  time [s]  least clearance [m]")
-    for start in (-6.0, -7.0, -8.0, -9.0, -10.0):
-        for objective in (slalom.Arrive(), PassBehind(weight=10), PassBehind(weight=100)):
-            scene = build(start)
-            run = simulate(scene, "nao", objective=objective)
-            (car,), found = scene.obstacles, metrics.summary(run)
-            cars, moves = car.trajectory.position(run.times)[None], car.trajectory.velocity(run.times)[None]
-            (front,) = in_front(run.positions[:, 0][None], cars, moves)
-            name = f"{type(objective).__name__} {getattr(objective, 'weight', '')}"
-            print(f"{start:14g}  {name:16}  {front}  {found['time']:.1f}  {found['min_clearance']:.2f}")
+    print("| car from y, m | objective | passes in front | arrival, s | least clearance, m |\n|---|---|---|---|---|")
+    for start in (-6, -7, -8, -9, -10):
+        for objective in (slalom.Arrive(), PassBehind(weight=10)):
+            run, front = drive(start, objective)
+            name, found = type(objective).__name__, metrics.summary(run)
+            print(f"| {start} | `{name}` | {front} | {found['time']:.1f} | {found['min_clearance']:.2f} |")
+    for objective in (slalom.Arrive(), PassBehind(weight=10)) if len(sys.argv) > 1 else ():
+        run = drive(-8, objective)[0]
+        ax = view.paths(run.times, run.positions[:, 0], run.obstacles, robot=run.shapes[0], goal=run.goals[0])
+        view.save(ax, f"{sys.argv[1]}/{type(objective).__name__}.svg")
