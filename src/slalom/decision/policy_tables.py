@@ -43,7 +43,6 @@ from slalom.decision.tables import (
     target_paths,
 )
 from slalom.forecast.forecast import Forecast
-from slalom.kernels.decision.right_of_way import ASIDE
 from slalom.kernels.decision.tables import (
     ARRIVE,
     CALLBACK,
@@ -52,6 +51,7 @@ from slalom.kernels.decision.tables import (
     MIXED,
     NO_CLAIMS,
     NO_OBJECTIVES,
+    WAYS_ASIDE,
     DecisionTables,
     Objectives,
     Paths,
@@ -342,7 +342,8 @@ class PolicyTables:
         self, table: OwnTable, obstacles: ObstacleWindow, request: Request, detours: int, base: Objectives
     ) -> tuple[ObjectiveInPython, Objectives]:
         """The objective of the decision, which is in Python, and the table by which it is asked."""
-        robot, objective, state = self.robot, request.robot.objective, request.state
+        robot, state = self.robot, request.state
+        objective = request.robot.objective
         if request.step is not None:
             robot = replace(robot, limits=replace(robot.limits, max_speed=request.step.max_speed))
         if request.others is not None:
@@ -355,7 +356,7 @@ class PolicyTables:
         preferred = np.zeros((len(asked) if own_aims else 0, 3))
         for row, situation in zip(preferred, asked):
             row[: state.dimension] = preferred_control(objective.aims(situation))
-        ways = 1 + detours + (0 if request.others is None else len(ASIDE))
+        ways = 1 + detours + (0 if request.others is None else WAYS_ASIDE)
         # Of each preferred control two, and the present manoeuvre.
         most, pieces = 2 * len(self.responses) * ways + 1, table.robots.committed.points.shape[1]
         in_python = ObjectiveInPython(objective, asked[0], most, pieces)

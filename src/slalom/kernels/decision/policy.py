@@ -422,7 +422,8 @@ def best_candidate(
     They are of each response the exact choice, and the free control nearest to the preferred one of `other_side`. The
     last candidate is the committed manoeuvre.
     """
-    responses, settings, asked = tables.responses, tables.settings, tables.objectives
+    responses, settings = tables.responses, tables.settings
+    asked = tables.objectives
     robot, scratch = tables.robots.each[i], search.scratch
     first, count = responses.kinds[robot.kind], len(search.excluded)
     if len(search.costs) > count:

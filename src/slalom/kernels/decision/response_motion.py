@@ -217,7 +217,8 @@ def other_side(base: Array, table: Segments, hulls: MaybeHulls, preferred: Array
         return np.empty((0, 5))
     place = nearest_on_chord(table, s, preferred)
     gain, cross = table.gains[:, s], table.cross[:, s : s + 1]
-    center, way, away = np.zeros(3), np.zeros(3), np.zeros(3)
+    center, way = np.zeros(3), np.zeros(3)
+    away = np.zeros(3)
     for axis in range(3):
         p = table.points[:, axis, s].copy()
         for c in range(4):

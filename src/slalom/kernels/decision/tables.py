@@ -268,6 +268,10 @@ NO_OBJECTIVES: Final = Objectives(
 """For robots whose objectives have no parts."""
 
 
+WAYS_ASIDE = 14
+"""Directions in which a robot may leave a way in space, at most."""
+
+
 class Claims(NamedTuple):
     """Ways of robots that are held up: each robot of higher rank leaves them."""
 
