@@ -294,3 +294,13 @@ def test_a_scenario_file_has_a_path(tmp_path: Path) -> None:
     assert np.isfinite(run.arrived[0])
     assert min_clearance(run) >= 0.0
     assert np.linalg.norm(run.velocities, axis=-1).max() <= 1.55
+
+
+def test_a_robot_pushed_behind_a_corner_at_the_end_goes_back_along_the_path() -> None:
+    """No length is left of the path, and the end is hidden: the target is a place before it in sight."""
+    path = PathGoal([(0, 0), (4, 0), (4, 4)])
+    step = path.step(np.array([6.0, 0.0]), 8.0, 1.0, 1.0, 0.1, 0.3, hidden=lambda points: points[:, 1] > 0.5)
+    assert step.progress == 8.0
+    assert not step.final
+    assert step.goal.position(0.0)[1] < 1.0
+    assert step.goal.tolerance > 0.0

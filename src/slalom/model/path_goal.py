@@ -333,7 +333,8 @@ class PathGoal(Goal):
             seen = self._last_in_sight(position, ahead, size, hidden)
             if seen >= self.length:
                 return PathStep(progress, self.end, speed, True)
-            return PathStep(progress, self._pass(self.point(seen), distance), speed, False)
+            # At the end of the path no distance is left.
+            return PathStep(progress, self._pass(self.point(seen), distance or size), speed, False)
         rest = between[int(np.argmax(blocked)) :]
         on_path, left = self.points_at(rest), np.stack([self.left(at) for at in rest])
         for k in range(1, PATH_OFFSETS + 1):
