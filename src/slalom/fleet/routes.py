@@ -10,6 +10,7 @@ import shapely
 from slalom.base.checks import Array, array_of, each_number, not_negative, vectors
 from slalom.base.errors import Extra, InvalidInput
 from slalom.decision.settings import Settings
+from slalom.kernels.arrays import Flags, Indices
 from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import hull_corners, outline_parts
 from slalom.obstacle.table import ObstacleTable
@@ -79,34 +80,53 @@ def routes(
             it. MissingExtra: SciPy is not installed.
     """
     begin = vectors(starts, "starts", 2)
-    end = array_of(goals, "goals", begin.shape)
-    sizes, margin = each_number(radii, "radii", len(begin)), not_negative(margin, "margin")
+    sizes = each_number(radii, "radii", len(begin))
     if not np.all(sizes > 0.0):
         raise InvalidInput(f"radii: expected numbers above 0 m, found {sizes.min():g} m")
-    same = np.flatnonzero(np.linalg.norm(end - begin, axis=1) <= CONTACT)
-    if same.size:
-        raise InvalidInput(f"goals[{same[0]}]: expected a place apart from the start, found {end[same[0]]}")
-    walls, most = _walls(obstacles), float(sizes.max(initial=0.0))
-    areas = shapely.union_all(shapely.buffer(walls.shapes, walls.radii))
-    solid = shapely.union_all([*walls.shapes, areas])
-    for name, places in (("starts", begin), ("goals", end)):
-        _refuse_inside(name, places, walls, areas)
-    doors = _doors(walls, DOOR_WIDTH * most)
-    found: list[Array | None] = [None] * len(begin)
-    for radius in np.unique(sizes)[::-1].tolist():
-        rows = [k for k, path in enumerate(found) if path is None and (radius == most or sizes[k] == radius)]
-        if not rows:
-            continue
-        for k, path in zip(rows, _shortest_paths(begin[rows], end[rows], _grown(walls, radius + margin), solid)):
-            if path is not None:
-                found[k] = _kept_right(path, doors, walls, float(sizes[k]) + margin, DOOR_DEPTH * most)
-    lost = [k for k, path in enumerate(found) if path is None]
-    if lost:
-        raise InvalidInput(f"goals[{lost[0]}]: expected a place that a path leads to, found {end[lost[0]]} without one")
-    return [path for path in found if path is not None]
+    return RouteMap(obstacles, float(sizes.max(initial=0.0)), margin).routes(begin, goals, sizes)
 
 
-def _walls(obstacles: Sequence[Obstacle] | ObstacleTable) -> Walls:
+class RouteMap:
+    """Obstacles at rest among which `routes` are searched again and again.
+
+    Args:
+        obstacles: those at rest count. most: [m] radius of the largest agent. margin: [m].
+    """
+
+    def __init__(self, obstacles: Sequence[Obstacle] | ObstacleTable, most: float, margin: float) -> None:
+        self.walls, self.most, self.margin = walls_at_rest(obstacles), most, not_negative(margin, "margin")
+        self._areas = shapely.union_all(shapely.buffer(self.walls.shapes, self.walls.radii))
+        self._solid = shapely.union_all([*self.walls.shapes, self._areas])
+        self._doors = _doors(self.walls, DOOR_WIDTH * most)
+        self._corners = dict[float, _Corners]()
+
+    def routes(self, begin: Array, goals: npt.ArrayLike, sizes: Array) -> list[Array]:
+        """The paths of `routes` from `begin` (n, 2) [m] for agents with radii (n,) [m] of at most `most`."""
+        end = array_of(goals, "goals", begin.shape)
+        same = np.flatnonzero(np.linalg.norm(end - begin, axis=1) <= CONTACT)
+        if same.size:
+            raise InvalidInput(f"goals[{same[0]}]: expected a place apart from the start, found {end[same[0]]}")
+        for name, places in (("starts", begin), ("goals", end)):
+            _refuse_inside(name, places, self.walls, self._areas)
+        most, margin, found = self.most, self.margin, list[Array | None]([None] * len(begin))
+        for radius in np.unique(np.append(sizes, most))[::-1].tolist():
+            rows = [k for k, path in enumerate(found) if path is None and (radius == most or sizes[k] == radius)]
+            if not rows:
+                continue
+            if radius not in self._corners:
+                self._corners[radius] = _corners_of(_grown(self.walls, radius + margin))
+            for k, path in zip(rows, _shortest_paths(begin[rows], end[rows], self._corners[radius], self._solid)):
+                if path is not None:
+                    found[k] = _kept_right(path, self._doors, self.walls, float(sizes[k]) + margin, DOOR_DEPTH * most)
+        lost = [k for k, path in enumerate(found) if path is None]
+        if lost:
+            raise InvalidInput(
+                f"goals[{lost[0]}]: expected a place that a path leads to, found {end[lost[0]]} without one"
+            )
+        return [path for path in found if path is not None]
+
+
+def walls_at_rest(obstacles: Sequence[Obstacle] | ObstacleTable) -> Walls:
     """The convex parts of obstacles at rest."""
     given = obstacles.given if isinstance(obstacles, ObstacleTable) else obstacles
     parts = [part for obstacle in given if obstacle.at_rest for part in outline_parts(obstacle, 0.0)]
@@ -155,7 +175,33 @@ def _cross(one: Array, other: Array) -> Array:
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
-def _shortest_paths(begin: Array, end: Array, blocked: shapely.Geometry, solid: shapely.Geometry) -> list[Array | None]:
+class _Corners(NamedTuple):
+    """The corners of a blocked area, and which of them straight lines outside of it join."""
+
+    blocked: shapely.Geometry
+    inside: shapely.Geometry  # prepared
+    points: Array  # (m, 3, 2) [m] see `_convex_corners`
+    joined: list[Indices]  # m, of each corner those after it
+
+
+def _corners_of(blocked: shapely.Geometry) -> _Corners:
+    inside, corners = shapely.buffer(blocked, -CONTACT), _convex_corners(blocked)
+    shapely.prepare(inside)
+    joined = []
+    for k, own in enumerate(corners):
+        after = corners[k + 1 :]
+        to = np.flatnonzero(_bends(own, after[:, 1]) & _bends(after, own[1]))
+        joined.append(k + 1 + to[_free(inside, own[1], after[to, 1])])
+    return _Corners(blocked, inside, corners, joined)
+
+
+def _free(inside: shapely.Geometry, begin: Array, ends: Array) -> Flags:
+    """Whether the straight lines from begin (2,) [m], or (k, 2), to ends (k, 2) [m] avoid an area: (k,)."""
+    lines = shapely.linestrings(np.stack(np.broadcast_arrays(begin, ends), axis=1))
+    return np.asarray(~shapely.intersects(inside, lines))
+
+
+def _shortest_paths(begin: Array, end: Array, among: _Corners, solid: shapely.Geometry) -> list[Array | None]:
     """The shortest path (m, 2) [m] from each start to its goal outside a blocked area; None where none leads there.
 
     A visibility graph: the corners of the area, starts and goals, and the straight lines between them outside of it
@@ -165,20 +211,18 @@ def _shortest_paths(begin: Array, end: Array, blocked: shapely.Geometry, solid: 
     with Extra("tracks", "routes"):
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import dijkstra
-    n, inside = len(begin), shapely.buffer(blocked, -CONTACT)
-    shapely.prepare(inside)
-    places, joined = _outside(np.concatenate([begin, end]), blocked, solid)
-    corners = _convex_corners(blocked)
+    n, inside, corners = len(begin), among.inside, among.points
+    places, joined = _outside(np.concatenate([begin, end]), among.blocked, solid)
     nodes = np.concatenate([corners[:, 1], places])
     m = len(corners)
     # Pairs of corners, of corners and places, and each start with its goal.
-    pairs = np.array([(m + k, m + n + k) for k in range(n)], dtype=np.int64).reshape(-1, 2)
+    straight = np.flatnonzero(_free(inside, places[:n], places[n:]))
+    pairs = [np.stack([m + straight, m + n + straight], axis=1)]
     for k in range(m):
-        to = np.arange(k + 1, len(nodes))
-        seen = _bends(corners[k], nodes[to])
-        seen[: m - k - 1] &= _bends(corners[k + 1 :], corners[k, 1])
-        pairs = np.concatenate([pairs, np.stack([np.full(seen.sum(), k), to[seen]], axis=1)])
-    free = pairs[~shapely.intersects(inside, shapely.linestrings(nodes[pairs]))] if len(pairs) else pairs
+        seen = np.flatnonzero(_bends(corners[k], places))
+        to = np.append(among.joined[k], m + seen[_free(inside, corners[k, 1], places[seen])])
+        pairs.append(np.stack([np.full(len(to), k), to], axis=1))
+    free = np.concatenate(pairs)
     lengths = np.linalg.norm(nodes[free[:, 0]] - nodes[free[:, 1]], axis=1)
     # A length of 0 would be no edge.
     graph = csr_array((np.maximum(lengths, CONTACT), free.T), shape=(len(nodes), len(nodes)))
@@ -197,7 +241,7 @@ def _shortest_paths(begin: Array, end: Array, blocked: shapely.Geometry, solid: 
     return found
 
 
-def _bends(corners: Array, to: Array) -> npt.NDArray[np.bool_]:
+def _bends(corners: Array, to: Array) -> Flags:
     """Whether a shortest path may turn at corners (..., 3, 2) [m] from or to places (..., 2) [m].
 
     It may if the points before and after the corner lie on one side of the line.
