@@ -76,3 +76,19 @@ robots:
       - {robot: 2, name: slow, shape: {kind: rectangle, length: 0.6, width: 0.4}, max_speed: 0.75,
          goal: {position: [8, 8]}}
 """
+
+TASKS = """\
+duration: 5
+robots:
+  - {name: cart, count: 3, radius: 0.3, max_speed: 1.5, max_acceleration: 2, goal: {stop: true, tolerance: 0.2},
+     positions: {kind: line, first: [-2, -4], last: [2, -4]}, goals: {kind: line, first: [-2, -4], last: [2, -4]}}
+tasks:
+  stations:
+    - {name: a, at: [0, 0], service: {first: 1, last: 3, seed: 1}}
+    - {name: b, at: [8, 0], places: 2, service: 2}
+  listed: [{time: 1, origin: a, destination: b, robot: cart 1}]
+  rate: 20
+  seed: 5
+  origins: [a, b]
+  destinations: [b, a]
+"""

@@ -17,7 +17,7 @@ from hdf5_files import OF_LIBRARY, changed, write_run
 from nav2_maps import KEYS, text_file
 from PIL import Image
 from recording_formats import SAMPLES, WALK, Sample
-from scenario_texts import EVERYTHING, GROUP
+from scenario_texts import EVERYTHING, GROUP, TASKS
 from wall_files import MOVINGAI, SVG, dxf, features
 
 from slalom import InvalidFile, SlalomError, read_map, read_walls
@@ -97,6 +97,7 @@ KINDS = {
     **{name: of_format(name) for name in SAMPLES},
     "scenario": Good("a.yaml", write_scenario, (read_scenario,)),
     "group": Good("a.yaml", text(GROUP), (read_scenario,)),
+    "tasks": Good("a.yaml", text(TASKS), (read_scenario,)),
     "scenarios": Good("a.yaml", text(GROUP + "cases:\n  - {name: a}\n  - {duration: 3}\n"), (read_scenarios,)),
     "study": Good("a.yaml", text(STUDY), (read_study,)),
     "cases": Good(

@@ -225,7 +225,7 @@ IN_ROBOT = (
     "acceleration_bounds, bounds, objective, appears, position, goal"
 )
 AT_TOP = (
-    "name, robot, areas, flows, robots, obstacles, recording, walls, walls_unit, walls_up, start, duration, dt, "
+    "name, robot, areas, flows, tasks, robots, obstacles, recording, walls, walls_unit, walls_up, start, duration, dt, "
     "replan, horizon, margin, patience, holds, guided, "
     "early, sight_range, field_of_view, sight_near, occlusion, hidden_speed, passive_safety, entry_time"
 )

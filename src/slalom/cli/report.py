@@ -89,10 +89,22 @@ def run_text(recording: "Recording", result: dict[str, Any]) -> str:
         f"  path length        {sum(paths) / len(paths):.1f} m{' (mean of the robots)' if len(paths) > 1 else ''}",
         f"  largest speed      {max(max_speed(one) for one in each):.2f} m/s",
         f"  largest accel.     {max(max_acceleration(one) for one in each):.2f} m/s^2",
+        *_task_lines(result.get("tasks")),
         f"  decision time      {milliseconds(decision_time['p50'])} (99 %: {milliseconds(decision_time['p99'])})",
         f"  decisions          {statuses or 'none'}",
     ]
     return "\n".join(lines)
+
+
+def _task_lines(figures: dict[str, float] | None) -> list[str]:
+    """Return the lines of a run with tasks."""
+    if figures is None:
+        return []
+    done = f"{figures['tasks_done']:.0f} of {figures['tasks']:.0f} done, {figures['tasks_per_hour']:.0f} an hour"
+    p50, p99, longest = (figures[f"waiting_{name}"] for name in ("50", "99", "longest"))
+    waits = f"{p50:.1f} s (99 %: {p99:.1f} s, longest {longest:.1f} s)"
+    way = f"{formatted(figures['way_over_free'])} times the shortest; efficiency {figures['efficiency']:.2f}"
+    return [f"  tasks              {done}", f"  waiting            {waits}", f"  way for tasks      {way}"]
 
 
 def _appearances(recording: "Recording") -> str:

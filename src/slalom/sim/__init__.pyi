@@ -17,3 +17,4 @@ from .sweep.study import (
     read_study as read_study,
 )
 from .sweep.tables import data_frame as data_frame
+from .tasks import Drawn as Drawn, Station as Station, Task as Task, Tasks as Tasks

@@ -37,6 +37,7 @@ from slalom.decision.settings import DETOURS, NUMBERS, SharedSettings
 from slalom.lookahead.navigator import LookAhead
 from slalom.model.goal import Goal, refuse_goal
 from slalom.model.limits import Limits
+from slalom.model.path_goal import PathGoal
 from slalom.model.shape import Shape, refuse_turned
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
@@ -44,6 +45,7 @@ from slalom.obstacle import Obstacle
 from slalom.obstacle.pieces import outline_parts
 from slalom.perception.sight import FULL_TURN, OCCLUSIONS, Sight
 from slalom.sim.shape_distance import clearances
+from slalom.sim.tasks import Body, Places, Tasks, places_of
 
 # Settings as numbers, for `--set`, studies and files: limited sight and flags in a scenario stand for some of them.
 
@@ -247,6 +249,7 @@ class Scenario(SharedSettings):
         sight_noise: [m, m/s, m/s^2] standard deviation of observations of other robots. sight_delay: [s] their age, a
             multiple of replan or dt. sight_loss: share of observations that are lost (see `Sensing`).
         sight: limited sight of every robot; None: not limited. Obstacles at rest are known everywhere.
+        tasks: stations and tasks over time, in the plane; a robot rests at its goal without a task. None: no tasks.
         parameters: the parameters of the gallery; recordings contain them.
         recorded: [s] begin and end of the recording of obstacles, if there is one; `start` lies within.
         notes: repairs, omissions and assumptions of the files that were read, a sentence each.
@@ -254,7 +257,7 @@ class Scenario(SharedSettings):
     Raises:
         InvalidInput: a setting outside its range, parts of different dimensions, a goal that an obstacle at rest
             covers, or a robot that appears before the start; one that appears later with observations that are late or
-            lost.
+            lost; with tasks, a robot in space or with a goal that moves, to pass or with a path; see `places_of`.
     """
 
     name: str
@@ -271,6 +274,7 @@ class Scenario(SharedSettings):
     sight_delay: float = 0.0
     sight_loss: float = 0.0
     sight: Sight | None = None
+    tasks: Tasks | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     recorded: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
@@ -319,6 +323,42 @@ class Scenario(SharedSettings):
                 )
         goals, shapes = [robot.goal for robot in self.robots], [robot.shape for robot in self.robots]
         refuse_hidden_goals(goals, shapes, self.obstacles, self.start)
+        if self.tasks is not None:
+            self._refuse_tasks(self.tasks)
+
+    def _refuse_tasks(self, tasks: Tasks) -> None:
+        """Raise InvalidInput for tasks that the robots cannot serve."""
+        has(tasks, ("stations", "listed"), "Tasks, or None", "tasks")
+        if self.dimension != 2:
+            raise InvalidInput("tasks: expected none in space, found some")
+        for robot in self.robots:
+            goal = robot.goal
+            if isinstance(goal, PathGoal) or not goal.stop or not isinstance(goal.trajectory, Stationary):
+                raise InvalidInput(
+                    f"{robot.name}.goal: expected a position to stop at, where the robot rests without a task, found "
+                    f"{goal!r}"
+                )
+        names = [robot.name for robot in self.robots]
+        for k, task in enumerate(tasks.listed):
+            if task.robot:
+                known(task.robot, f"tasks.listed[{k}].robot", names)
+        if tasks.rate * self.dt > 60.0:
+            raise InvalidInput(f"rate: expected at most one task in dt = {self.dt:g} s, found {tasks.rate:g} a minute")
+        self.places()
+
+    def places(self) -> Places:
+        """The places of the stations of the tasks, and the waiting places. Raises InvalidInput as `places_of`."""
+        assert self.tasks is not None
+        bodies = [
+            Body(robot.name, robot.shape.bounding_radius, robot.state.position, robot.goal.position(self.start))
+            for robot in self.robots
+        ]
+        return places_of(self.tasks, bodies, self.obstacles, self.largest_margin)
+
+    @property
+    def largest_margin(self) -> float:
+        """The largest margin [m] of the robots."""
+        return max(map(self.margin_of, range(len(self.robots))))
 
     def _refuse_appearances(self) -> None:
         """Raise InvalidInput for robots that appear before the start, or later where that is not possible."""

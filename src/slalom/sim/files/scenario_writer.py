@@ -27,7 +27,7 @@ from slalom.sim.measure.hdf5 import in_files
 from slalom.sim.scenario import Robot, Scenario, numbers_of
 
 WRITTEN = (*(each.name for each in fields(SharedSettings)), "name", "robots", "obstacles", "start", "duration", "dt")
-WRITTEN += ("replan", "guided", "early", "sight")
+WRITTEN += ("replan", "guided", "early", "sight", "tasks")
 """Fields of scenarios in files."""
 ORIGIN = ("parameters", "recorded", "notes")
 """Fields that say where a scenario comes from; no run depends on them, and files do not hold them."""
@@ -69,6 +69,10 @@ def scenario_text(scenario: Scenario, *, ascii_only: bool = False) -> str:
     content |= {"robot": robots[0]} if len(robots) == 1 else {"robots": robots}
     if scenario.obstacles:
         content["obstacles"] = [_obstacle(obstacle, scenario.start, end) for obstacle in scenario.obstacles]
+    if scenario.tasks is not None:
+        if scenario.tasks.assign is not None:
+            raise InvalidInput(f"assign: expected none in a file, found {scenario.tasks.assign}")
+        content["tasks"] = _given(to_plain(scenario.tasks))
     yaml, stream = YAML(), io.StringIO()
     yaml.allow_unicode = not ascii_only
     yaml.default_flow_style = None

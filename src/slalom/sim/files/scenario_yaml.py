@@ -186,7 +186,9 @@ def files_of(path: Path) -> list[Path]:
     """Return a valid scenario file, and the files of recordings, walls and robots that it names, if any."""
     content = compose(path)[1]
     several = (content, *content.get("cases", ()))
-    named = [(one.get("recording") or {}).get("file") for one in several] + [one.get("walls") for one in several]
+    keys = (("recording", "file"), ("tasks", "table"))
+    named = [(one.get(key) or {}).get(name) for one in several for key, name in keys]
+    named += [one.get("walls") for one in several]
     entries = [entry for one in several for key in ("robots", "flows") for entry in one.get(key) or ()]
     named += [entry["table"] for entry in entries if is_table(entry)]
     found = [formats.files_of(path.parent / name) for name in dict.fromkeys(named) if name is not None]
@@ -247,11 +249,14 @@ class _Parts(Mistakes):
             if leading is None:
                 return None
             whole = leading
-        # The only remaining refusal of a scenario is a goal under an obstacle.
-        return self.attempt(
+        # The only remaining refusal of a scenario without tasks is a goal under an obstacle.
+        scenario = self.attempt(
             written[0].at("goal"),
             lambda: Scenario(spec.name or _stem(self.path), whole, some, holds=tuple(spec.holds), **settings),
         )
+        if scenario is None or spec.tasks is None:
+            return scenario
+        return self.attempt(("tasks",), lambda: replace(scenario, tasks=spec.tasks.tasks(self.path.parent)))
 
     def settings(self, spec: ScenarioSpec) -> dict[str, Any]:
         """Return the arguments of the scenario for its settings; none of them with a mistake."""

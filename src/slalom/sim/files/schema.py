@@ -50,10 +50,12 @@ from slalom.sim.files.parts import (
     TrajectoryModel,
     UncertaintyModel,
     Vector,
+    built,
     model_of_settings,
 )
 from slalom.sim.files.patterns import GOALS, LAYOUTS, generator
 from slalom.sim.files.yaml_errors import Mistakes
+from slalom.sim.tasks import Drawn, Station, Task, Tasks
 
 # Model of the recording in a scenario file, the agents of which are obstacles.
 
@@ -567,6 +569,70 @@ def _overrides(
     return found if len(mistakes.mistakes) == before else None
 
 
+class TimeRangeSpec(RangeSpec):
+    """A time of a station, drawn for each task between both with a seed."""
+
+    seed: Annotated[int, Field(ge=0)]
+
+
+TimeOrRange = Annotated[Any, NumberOrRange(NotNegative, TimeRangeSpec)]
+
+
+class StationSpec(Built):
+    """A station of tasks."""
+
+    name: Text
+    at: Vector
+    places: Annotated[int, Field(ge=1)] = 1
+    service: TimeOrRange = 0.0
+
+    def build(self) -> Station:
+        given = self.service
+        drawn = Drawn(given.first, given.last, given.seed) if isinstance(given, TimeRangeSpec) else given
+        return Station(self.name, self.at, self.places, drawn)
+
+
+class TaskSpec(Built):
+    """A task of a list."""
+
+    time: FiniteFloat
+    origin: Text
+    destination: Text
+    robot: Text = ""
+
+    def build(self) -> Task:
+        return Task(self.time, self.origin, self.destination, self.robot)
+
+
+class TasksSpec(Model):
+    """Stations, and the tasks between them: listed, of a table, or at random with a rate."""
+
+    stations: list[StationSpec] = Field(min_length=2)
+    listed: list[TaskSpec] = Field(default_factory=list)
+    table: Text | None = None
+    rate: NotNegative = 0.0
+    seed: Annotated[int, Field(ge=0)] = 0
+    origins: list[Text] = Field(default_factory=list)
+    destinations: list[Text] = Field(default_factory=list)
+    route: bool = False
+
+    def tasks(self, folder: Path) -> Tasks:
+        """Return the tasks; the table is in a folder. Raises InvalidFile for one, InvalidInput for contradictions."""
+        given = {name: getattr(self, name) for name in ("rate", "seed", "route")}
+        given |= {name: tuple(getattr(self, name)) for name in ("origins", "destinations")}
+        listed = (*built(self.listed), *(_tasks_of_table(folder / self.table) if self.table else ()))
+        return Tasks(built(self.stations), listed, **given)
+
+
+def _tasks_of_table(file: Path) -> list[Task]:
+    """Return the task of each row of a table."""
+    table = comma_table(file, ("time", "origin", "destination"))
+    times = table.numbers("time")
+    refuse(table.path, table.mistakes, table.location)
+    robots = table.texts("robot") if "robot" in table.names else [""] * len(times)
+    return [Task(*row) for row in zip(times.tolist(), table.texts("origin"), table.texts("destination"), robots)]
+
+
 Areas = dict[str, LayoutModel]
 
 
@@ -577,6 +643,7 @@ class WorldSpec(Model):
     robot: RobotSpec | None = None
     areas: Areas = Field(default_factory=dict)
     flows: list[FlowOrTable] = Field(default_factory=list)
+    tasks: TasksSpec | None = None
     robots: list[RobotOrGroup] | None = Field(default=None, min_length=1, validate_default=True)
     obstacles: list[ObstacleSpec] = Field(default_factory=list)
     recording: RecordingSpec | None = None

@@ -22,6 +22,7 @@ from slalom.model.trajectory import TRAJECTORIES, PiecewisePolynomial, Trajector
 from slalom.model.uncertainty import UNCERTAINTIES
 from slalom.obstacle import Headings, Obstacle
 from slalom.sim.measure.responses import RecordedResponses
+from slalom.sim.tasks import COLUMNS
 
 UNITS: Final[Mapping[str, str]] = {
     key: unit
@@ -65,6 +66,7 @@ ARRAYS: Final[Mapping[str, tuple[str, str]]] = {
     "decision_times": ("s", "(T, N) wall clock of the decisions"),
     "arrived": ("s", "(N,) absolute times of arrival, inf without one"),
     "appears": ("s", "(N,) absolute times before which robots are not there; none if all are there from the start"),
+    "tasks": ("s, m", f"(n, {len(COLUMNS)}) of tasks: {', '.join(COLUMNS)}; inf before a time, -1 without a robot"),
     "robots/*/goal_path/points": ("m", "(n, d) points of the path to the goal"),
     "robots/*/goal_path/speeds": ("m/s", "(n,) speeds at these points"),
     "holds": ("s", "holds of the methods that hold an acceleration"),
@@ -238,6 +240,17 @@ def unbounded(run: Group, name: str, *shape: int) -> npt.NDArray[np.float64]:
     found = np.asarray(numbers(run.datasets, name), dtype=np.float64)
     if found.shape != shape:
         raise InvalidInput(f"{name}: expected an array of shape {shape}, found shape {found.shape}")
+    return found
+
+
+def load_tasks(run: Group, robots: int) -> npt.NDArray[np.float64] | None:
+    """Return the tasks (n, COLUMNS) of a run with that number of robots; None for one without tasks."""
+    if "tasks" not in run.datasets:
+        return None
+    found = unbounded(run, "tasks", len(np.atleast_1d(numbers(run.datasets, "tasks"))), len(COLUMNS))
+    served = found[:, 3]
+    if np.isnan(found).any() or not np.isin(served, np.arange(-1, robots)).all():
+        raise InvalidInput(f"tasks: expected times, and robots from -1 to {robots - 1}, found others")
     return found
 
 

@@ -17,6 +17,7 @@ from slalom.kernels.arrays import Indices
 from slalom.sim.measure.closest_approach import between_robots, nearest_clearances, positions_at, single_robot_view
 from slalom.sim.measure.recording import Recording, RunSummary, Which
 from slalom.sim.shape_distance import clearances
+from slalom.sim.tasks import task_figures
 
 # Metrics of one robot of a recording: one pure function per metric, with definitions from the literature.
 #
@@ -454,7 +455,8 @@ parameter `robot`, the others are of all robots."""
 def summary(recording: Recording) -> dict[str, Any]:
     """Return the result that the command line prints, ready for JSON: infinite numbers become None.
 
-    Adjustments are the sum of all robots, efficacy and jerk [m/s^3] their mean (see `mean_jerk`).
+    Adjustments are the sum of all robots, efficacy and jerk [m/s^3] their mean (see `mean_jerk`). A run with tasks has
+    their figures, see `tasks.task_figures`.
     """
     decision_times_us = recording.decision_times[recording.decision_times > 0.0] * 1e6
     quantiles = np.quantile(decision_times_us, [0.5, 0.99, 1.0]) if decision_times_us.size else np.zeros(3)
@@ -475,6 +477,7 @@ def summary(recording: Recording) -> dict[str, Any]:
         "jerk": float(np.mean([mean_jerk(one) for one in alone] or [0.0])),
         "decision_us": dict(zip(("p50", "p99", "max"), (round(float(q), 1) for q in quantiles))),
         "statuses": dict(sorted(Counter(name for row in recording.outcomes for name in row if name).items())),
+        **({} if recording.tasks is None else {"tasks": {k: finite(v) for k, v in task_figures(recording).items()}}),
     }
 
 

@@ -42,6 +42,7 @@ from slalom.sim.measure.hdf5 import (
     load_obstacle,
     load_part,
     load_responses,
+    load_tasks,
     named_numbers,
     save_part,
     save_plain,
@@ -81,6 +82,7 @@ class RunLog:
         steps: steps of a recorded run. count: number of steps, recorded or not.
         statuses: number of decisions by name of the outcome.
         positions, velocities: (N, d) [m, m/s] at the end. arrived, appeared: (N,) [s] absolute, inf if not.
+        tasks: see `Recording`.
     """
 
     scenario: Scenario
@@ -94,6 +96,7 @@ class RunLog:
     velocities: Array = field(default_factory=lambda: np.empty((0, 2)))
     arrived: Array = field(default_factory=lambda: np.empty(0))
     appeared: Array = field(default_factory=lambda: np.empty(0))
+    tasks: Array | None = None
 
     def end(self, positions: Array, velocities: Array, arrived: Array, appeared: Array) -> None:
         """Store the final positions (N, d) [m] and velocities (N, d) [m/s], and times of arrival and appearance [s]."""
@@ -134,7 +137,7 @@ def save_run(recording: "Recording", path: Path | str) -> None:
         run["times"] = recording.times
         run["poses"] = np.concatenate([recording.positions, heading], axis=-1)
         run["twists"] = np.concatenate([recording.velocities, np.zeros_like(heading)], axis=-1)
-        more = ("appears",) if len(recording.appears) else ()
+        more = [*(["appears"] if len(recording.appears) else []), *([] if recording.tasks is None else ["tasks"])]
         for name in ("accelerations", "controls", "decision_times", "arrived", *more):
             run[name] = getattr(recording, name)
         run["responses"] = recording.responses.number
@@ -216,6 +219,8 @@ class Recording:
         appears: (N,) absolute times [s] from which robots may be in the world, see `appeared`; empty if all are there
             from the start.
         settings: the settings of `Scenario` with which the robots decided; empty if a file states none. holds: [s].
+        tasks: (n, COLUMNS) of each task, see `sim.tasks.COLUMNS`; None: a scenario without. The goals of robots are
+            then where they rest without a task, and a robot has arrived that rests there at the end.
     """
 
     scenario: str
@@ -241,6 +246,7 @@ class Recording:
     holds: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
     appears: Array = field(default_factory=lambda: np.empty(0))
+    tasks: Array | None = None
 
     def __post_init__(self) -> None:
         if not self.names:
@@ -279,6 +285,7 @@ class Recording:
             settings={name: scenario.settings[name] for name in DECIDING},
             holds=tuple(scenario.holds),
             appears=scenario.appearances,
+            tasks=log.tasks,
         )
 
     @cached_property
@@ -419,6 +426,7 @@ class Recording:
             arrived=self.arrived[one],
             names=self.names[one],
             appears=self.appeared[one] if len(self.appears) else self.appears,
+            tasks=None,
         )
 
     def acceleration_before(self, step: int, robot: int = 0) -> Array:
@@ -436,6 +444,8 @@ class Recording:
         arrays = [self.times, self.positions, self.velocities, self.accelerations, self.controls, self.arrived]
         if np.any(self.appeared > self.times[0]):
             arrays.append(self.appeared)
+        if self.tasks is not None:
+            arrays.append(self.tasks)
         content = b"\0".join([*(p.encode() for p in parts), *(np.ascontiguousarray(a).tobytes() for a in arrays)])
         return hashlib.sha256(content).hexdigest()
 
@@ -522,6 +532,7 @@ class Recording:
             settings=named_numbers(run.groups["settings"]) if "settings" in run.groups else {},
             holds=load_holds(run),
             appears=unbounded(run, "appears", n) if "appears" in run.datasets else np.empty(0),
+            tasks=load_tasks(run, n),
         )
         recording._refuse_contradictions()
         return recording

@@ -67,7 +67,7 @@ class SingleRobotDecider:
         if np.isinf(self.states.appeared[0]):
             return Decisions([""], 0.0)
         before = perf_counter()
-        state, goal = self.states.state(0), self.scenario.robot.goal
+        state, goal = self.states.state(0), self.states.goal[0]
         if self._observer is not None:
             obstacles: Obstacles = self._observer.look(state, self.scenario.obstacles, now, goal.position(now))
         else:
@@ -130,7 +130,6 @@ class FleetDecider:
             early=scenario.early,
             **scenario.shared | {"margin": [scenario.margin_of(k) for k in range(len(robots))]},
         )
-        self._goals = [robot.goal for robot in robots]
         methods = [policy.method for policy in fleet.policies]
         sensing = [found for found in (sensing_of(self.states, each, seed) for each in methods) if found]
         fleet.information = next(iter(sensing), fleet.information)
@@ -142,7 +141,7 @@ class FleetDecider:
             now,
             states.position[:, :d],
             states.velocity[:, :d],
-            goals=self._goals,
+            goals=self.states.goal,
             accelerations=states.acceleration[:, :d],
             present=states.present,
         )
@@ -188,10 +187,10 @@ class PeerDecider:
         self._growth = 0.5 * float(self._margins.max())
         self._walls = outlines(scenario.obstacles, walls=peer.walls, growth=self._growth)
         self._period = scenario.dt * scenario.steps_per_decision
-        self._paths = {k: robot.goal for k, robot in enumerate(scenario.robots) if isinstance(robot.goal, PathGoal)}
-        self._goals = [robot.goal for robot in scenario.robots]
+        self._goals = list(states.goal)
         self._limits = [robot.limits for robot in scenario.robots]
-        self._table = ObstacleTable(scenario.obstacles if self._paths else ())
+        on_paths = scenario.tasks is not None or any(isinstance(goal, PathGoal) for goal in states.goal)
+        self._table = ObstacleTable(scenario.obstacles if on_paths else ())
         self._chosen, self._answered = states.velocity[:, :2].copy(), np.ones(len(states.arrived), np.bool_)
         self._members = np.zeros_like(states.present)
         if states.present.any():
@@ -210,12 +209,14 @@ class PeerDecider:
         )
 
     def _follow(self, now: float) -> None:
-        """Set the targets and speed limits of the robots that follow paths."""
-        if not self._paths:
+        """Set the goals of all robots; the targets and speed limits of those that follow paths."""
+        self._goals, self._limits = list(self.states.goal), [robot.limits for robot in self.scenario.robots]
+        paths = {k: goal for k, goal in enumerate(self.states.goal) if isinstance(goal, PathGoal)}
+        if not paths:
             return
         window = ObstacleWindow.predicted(self._table, AtConstantVelocity(), now, self.scenario.horizon)
-        for k in [k for k in self._paths if self.states.present[k]]:
-            robot, path = self.scenario.robots[k], self._paths[k]
+        for k in [k for k in paths if self.states.present[k]]:
+            robot, path = self.scenario.robots[k], paths[k]
             step = path.step(
                 self.states.state(k).position,
                 self.states.progress[k],

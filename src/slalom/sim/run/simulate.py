@@ -27,6 +27,7 @@ from slalom.peers import Peer, contender
 from slalom.sim.measure.recording import Recording, RunLog, RunSummary, Step
 from slalom.sim.run.appearance import let_appear
 from slalom.sim.run.deciders import Decider, Decisions, FleetDecider, PeerDecider, SingleRobotDecider
+from slalom.sim.run.dispatch import Dispatcher
 from slalom.sim.scenario import Scenario
 
 
@@ -109,6 +110,7 @@ class Run:
 
     Attributes:
         log: the steps made so far, and the states after them. decider: holds the states and the latest decisions.
+        dispatcher: sets the goals of robots with tasks; None without tasks.
 
     Args:
         scenario, method, objective, seed, threads, record: see `simulate`, which also lists what is refused.
@@ -139,6 +141,7 @@ class Run:
         names = dict.fromkeys((robot.method or method).name for robot in scenario.robots)
         foresight = method.foresight_among if several else method.foresight
         self.log = RunLog(scenario, "+".join(names), seed, foresight)
+        self.dispatcher = None if scenario.tasks is None else Dispatcher(self.decider.states)
         self._record = record
 
     def steps(self) -> Iterator[float]:
@@ -152,11 +155,13 @@ class Run:
         for k in range(count):
             now = scenario.start + k * dt
             states.note_arrivals(now)
-            if states.all_arrived:
+            if states.all_arrived and (self.dispatcher is None or self.dispatcher.finished):
                 break
             made = Decisions([""] * len(rows), 0.0)
             if k % scenario.steps_per_decision == 0:
                 let_appear(decider, now)
+                if self.dispatcher is not None:
+                    self.dispatcher.update(now)
                 made = decider.decide(now)
             acceleration = decider.accelerations(now, dt)
             log.count += 1
@@ -174,8 +179,11 @@ class Run:
         states = self.decider.states
         rows = self._rows
         d = self.log.scenario.dimension
-        times = states.arrived[rows], states.appeared[rows]
-        self.log.end(states.position[rows, :d], states.velocity[rows, :d], *times)
+        arrived, appeared = states.arrived[rows], states.appeared[rows]
+        if self.dispatcher is not None:
+            arrived = np.where(self.dispatcher.free[rows], arrived, np.inf)
+            self.log.tasks = self.dispatcher.log_of(np.argsort(rows))
+        self.log.end(states.position[rows, :d], states.velocity[rows, :d], arrived, appeared)
 
 
 def _decider_and_rows(

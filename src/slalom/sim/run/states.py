@@ -13,6 +13,7 @@ from slalom.fleet.observation import Information
 from slalom.fleet.settings import Policy
 from slalom.kernels.arrays import Indices
 from slalom.kernels.decision.tables import RobotTable
+from slalom.model.goal import Goal
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.sim.scenario import Scenario
@@ -39,6 +40,7 @@ class RobotStates:
     """The states of the n robots of a scenario during a run.
 
     Attributes:
+        goal: of each robot now; `head_for` changes it.
         position, velocity, acceleration: (n, 3) [m, m/s, m/s^2]; the acceleration was applied up to now. Tables of
             kernels share these arrays, so they change in place.
         arrived: (n,) [s] absolute time of arrival, inf before it.
@@ -66,11 +68,12 @@ class RobotStates:
         self.appeared[later] = np.inf
         self.present = np.isfinite(self.appeared)
         self.velocity[later], self.acceleration[later] = 0.0, 0.0
-        self._goal = _in_space(np.array([robot.goal.position(scenario.start) for robot in robots]))
-        self._tolerance = np.array([robot.goal.tolerance for robot in robots])
-        self._passes = np.array([not robot.goal.stop for robot in robots])
+        self.goal = [robot.goal for robot in robots]
+        self._goal = _in_space(np.array([goal.position(scenario.start) for goal in self.goal]))
+        self._tolerance = np.array([goal.tolerance for goal in self.goal])
+        self._passes = np.array([not goal.stop for goal in self.goal])
         self._step: _Step | None = None
-        self._moving = [k for k, robot in enumerate(robots) if not isinstance(robot.goal.trajectory, Stationary)]
+        self._moving = [k for k, goal in enumerate(self.goal) if not isinstance(goal.trajectory, Stationary)]
 
     def state(self, k: int) -> State:
         """The state of robot k."""
@@ -90,10 +93,17 @@ class RobotStates:
         self.velocity[k, :d], self.acceleration[k, :d] = first.velocity, first.acceleration
         self.appeared[k], self.present[k] = now, True
 
+    def head_for(self, k: int, goal: Goal) -> None:
+        """Give robot k another goal at rest to stop at; it has not arrived there yet."""
+        if goal is not self.goal[k]:
+            self.goal[k], self._goal[k, : self.dimension] = goal, goal.position(0.0)
+            self._tolerance[k], self.progress[k] = goal.tolerance, None
+        self.arrived[k] = np.inf
+
     def goals(self, now: float) -> Array:
         """The positions (n, 3) [m] of all goals at `now` [s]; always the same array, changed in place."""
         for k in self._moving:
-            self._goal[k, : self.dimension] = self.robots[k].goal.position(now)
+            self._goal[k, : self.dimension] = self.goal[k].position(now)
         return self._goal
 
     def note_arrivals(self, now: float) -> None:
@@ -107,13 +117,13 @@ class RobotStates:
         for k in np.flatnonzero(self.present & near).tolist():
             if not np.isfinite(self.arrived[k]) and self._reached(k, now):
                 self.arrived[k] = now
-                self.present[k] = self.robots[k].goal.stop
+                self.present[k] = self.goal[k].stop
         if not self.arrivals_are_final:
             self.arrived[self.present & (distance > ARRIVAL_LOST * self._tolerance)] = np.inf
 
     def _reached(self, k: int, now: float) -> bool:
         """Whether robot k has reached its goal at `now` [s] or, a goal to pass, during the step before."""
-        goal = self.robots[k].goal
+        goal = self.goal[k]
         d = self.dimension
         step = self._step
         progress = self.progress[k]

@@ -232,13 +232,14 @@ def measured(
 ) -> dict[str, Any]:
     """Return the summary of one run and the extra time of each robot, as JSON reads it back; without decision times.
 
-    With `metrics`, also their values by name.
+    With `metrics`, also their values by name; a run with tasks has their figures among these.
     """
     recording = simulate(scenario, contender(method), seed=seed)
     row = summary(recording)
     del row["decision_us"]
+    values = {n: finite(float(of(recording))) for n, of in named_metrics(metrics).items()} | row.pop("tasks", {})
     extra = [finite(extra_time(recording, k)) for k in range(len(recording.shapes))]
-    row |= {"metrics": {n: finite(float(of(recording))) for n, of in named_metrics(metrics).items()}} if metrics else {}
+    row |= {"metrics": values} if values else {}
     result: dict[str, Any] = json.loads(canonical({**row, "extra_times": extra, "digest": recording.digest()}))
     return result
 
