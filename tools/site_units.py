@@ -22,6 +22,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "people": "number of people",
     "radius": "[m] of the circle of starts",
     "random": "1: random start and goal outside of the ring; 0: fixed ones",
+    "rate": "tasks a minute that arrive",
     "robot_radius": "[m] of each robot",
     "robots": "number of robots",
     "room": "[m] side of each room",

@@ -146,6 +146,12 @@ _ENTRIES: Final = (
         "Twenty small slow robots cross a square from all sides, as in navground's Cross.",
     ),
     Entry(
+        "warehouse",
+        fleets.warehouse,
+        {"robots": 20.0, "rate": 18.0, "robot_radius": 0.3, "max_speed": 1.5, "max_acceleration": 2.0},
+        "Robots carry goods from shelves to packing stations, task after task.",
+    ),
+    Entry(
         "crowdnav",
         crowdnav,
         {"people": 5.0, "max_acceleration": 1.0},

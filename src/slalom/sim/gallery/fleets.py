@@ -10,12 +10,13 @@ from slalom.base.errors import InvalidInput
 from slalom.io.pedestrians import Case
 from slalom.model.goal import Goal
 from slalom.model.limits import Limits
-from slalom.model.shape import Disc, Polyline, Union
+from slalom.model.shape import Disc, Polyline, Rectangle, Union
 from slalom.model.state import State
 from slalom.model.trajectory import Stationary
 from slalom.obstacle import Obstacle
 from slalom.sim.placement import equal_robots, on_circle, random_angles, random_positions, refuse_overlap
 from slalom.sim.scenario import Robot, Scenario
+from slalom.sim.tasks import Drawn, Station, Tasks
 
 HOLDS = (0.5, 1.0, 2.0)
 """[s] Hold times of manoeuvres. Robots of a fleet decide often, so three hold times are sufficient."""
@@ -219,3 +220,34 @@ def doorway(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
     )
     obstacles = (Obstacle(walls, Stationary((0.0, 0.0)), "walls"),)
     return Scenario("doorway", robots, obstacles, duration=180.0, horizon=6.0, holds=HOLDS)
+
+
+def warehouse(p: Mapping[str, float], rng: np.random.Generator) -> Scenario:
+    """Build robots that carry goods from shelves to the packing stations of a hall of 40 m x 24 m.
+
+    Each of the 12 shelves has two stations. Four stations for packing, with two places each, are at the ends of the
+    hall. `rate` tasks a minute arrive at random. Robots without a task rest in the middle of the upper and lower
+    edge.
+    """
+    count, shape = whole(p["robots"], "robots", 1), Disc(p["robot_radius"])
+    limits, corners = Limits(p["max_speed"], p["max_acceleration"]), [(0, 0), (40, 0), (40, 24), (0, 24), (0, 0)]
+    shelves = [(x, y) for x in (6.5, 14.0, 21.5, 29.0) for y in (5.5, 11.2, 16.9)]
+    picks = {
+        f"shelf {k} {side}": (x + 2.0, y - 0.9 if side == "a" else y + 2.5)
+        for k, (x, y) in enumerate(shelves)
+        for side in "ab"
+    }
+    packs = {f"pack {k}": place for k, place in enumerate([(2.0, 7.0), (2.0, 17.0), (38.0, 7.0), (38.0, 17.0)])}
+    seed = whole(p["seed"], "seed")
+    stations = [Station(name, at, 1, Drawn(3.0, 8.0, seed)) for name, at in picks.items()]
+    stations += [Station(name, at, 2, Drawn(4.0, 10.0, seed)) for name, at in packs.items()]
+    tasks = Tasks(
+        tuple(stations), rate=p["rate"], seed=seed, origins=tuple(picks), destinations=tuple(packs), route=True
+    )
+    half = (count + 1) // 2
+    rests = [(20.0 + 1.4 * (k % half - 0.5 * (half - 1)), 1.2 if k < half else 22.8) for k in range(count)]
+    robots = equal_robots(rests, rests, shape, limits, 0.2)
+    obstacles = [Obstacle(Polyline(corners, WALL), Stationary((0.0, 0.0)), "walls")]
+    for k, (x, y) in enumerate(shelves):
+        obstacles.append(Obstacle(Rectangle(4.0, 1.6), Stationary((x + 2.0, y + 0.8)), f"shelf {k}"))
+    return Scenario("warehouse", robots, tuple(obstacles), duration=180.0, horizon=6.0, holds=HOLDS, tasks=tasks)
