@@ -94,7 +94,8 @@ class RouteMap:
     """
 
     def __init__(self, obstacles: Sequence[Obstacle] | ObstacleTable, most: float, margin: float) -> None:
-        self.walls, self.most, self.margin = walls_at_rest(obstacles), most, not_negative(margin, "margin")
+        self.walls, self.most = walls_at_rest(obstacles), most
+        self.margin = not_negative(margin, "margin")
         self._areas = shapely.union_all(shapely.buffer(self.walls.shapes, self.walls.radii))
         self._solid = shapely.union_all([*self.walls.shapes, self._areas])
         self._doors = _doors(self.walls, DOOR_WIDTH * most)
@@ -108,7 +109,8 @@ class RouteMap:
             raise InvalidInput(f"goals[{same[0]}]: expected a place apart from the start, found {end[same[0]]}")
         for name, places in (("starts", begin), ("goals", end)):
             _refuse_inside(name, places, self.walls, self._areas)
-        most, margin, found = self.most, self.margin, list[Array | None]([None] * len(begin))
+        most, margin = self.most, self.margin
+        found: list[Array | None] = [None] * len(begin)
         for radius in np.unique(np.append(sizes, most))[::-1].tolist():
             rows = [k for k, path in enumerate(found) if path is None and (radius == most or sizes[k] == radius)]
             if not rows:
@@ -211,7 +213,8 @@ def _shortest_paths(begin: Array, end: Array, among: _Corners, solid: shapely.Ge
     with Extra("tracks", "routes"):
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import dijkstra
-    n, inside, corners = len(begin), among.inside, among.points
+    n, inside = len(begin), among.inside
+    corners = among.points
     places, joined = _outside(np.concatenate([begin, end]), among.blocked, solid)
     nodes = np.concatenate([corners[:, 1], places])
     m = len(corners)

@@ -139,15 +139,15 @@ class Tasks:
 
     def until(self, start: float, end: float) -> list[Task]:
         """The tasks of a run from `start` to `end` [s] in the order of their times."""
-        random = np.random.default_rng([self.seed, len(self.stations)])
+        rng = np.random.default_rng([self.seed, len(self.stations)])
         found, now = [task for task in self.listed if task.time <= end], start
         while self.rate:
-            now += random.exponential(60.0 / self.rate)
+            now += rng.exponential(60.0 / self.rate)
             if now > end:
                 break
-            origin = self.origins[random.integers(len(self.origins))]
+            origin = self.origins[rng.integers(len(self.origins))]
             others = tuple(name for name in self.destinations if name != origin)
-            found.append(Task(now, origin, others[random.integers(len(others))]))
+            found.append(Task(now, origin, others[rng.integers(len(others))]))
         return sorted(found, key=lambda task: task.time)
 
     def service(self, station: int, task: int) -> float:

@@ -1,4 +1,4 @@
-"""Who serves which task in a run, and the goals that follow: places of stations, and waiting places beside them."""
+"""The robots of the tasks in a run, and the goals that follow: places of stations, waiting places beside them."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -36,8 +36,8 @@ class Dispatcher:
     """The tasks of a run.
 
     A robot claims a place of its station when it is nearer than a braking way and the distance of places. If all are
-    claimed it rests at the nearest free waiting place. Claims are granted in their order, so no robot waits for ever: a
-    place is claimed for the way from a waiting place, the service, and the way out, until the next robot fits there.
+    claimed it rests at the nearest free waiting place. Claims are granted in their order, so every robot has its turn.
+    A place is claimed for the way from a waiting place, the service, and the way out, until the next robot fits there.
 
     Attributes:
         log: (n, COLUMNS) of the tasks of the run in the order of their times; see `tasks.COLUMNS`.
@@ -50,7 +50,8 @@ class Dispatcher:
     def __init__(self, states: RobotStates) -> None:
         scenario = states.scenario
         assert scenario.tasks is not None
-        self.scenario, self.states, self.tasks = scenario, states, scenario.tasks
+        self.scenario, self.states = scenario, states
+        self.tasks = scenario.tasks
         self.places = scenario.places()
         self._made = self.tasks.until(scenario.start, scenario.start + scenario.duration)
         self._station = {station.name: k for k, station in enumerate(self.tasks.stations)}
