@@ -116,6 +116,7 @@ MODULES: Final[Mapping[str, tuple[str, ...]]] = {
         *("simulate", "record", "decision_at", "load", "read_scenario", "read_study", "compare", "compare_all"),
         *("grid", "data_frame"),
         *("Recording", "RunSummary", "Robot", "Scenario", "Row"),
+        *("Tasks", "Station", "Task", "Drawn"),
     ),
     "slalom.view": (
         "decision",
