@@ -29,6 +29,7 @@ from pydantic_core import PydanticKnownError
 from recording_formats import WALK, write_hdf5
 from refusals import REFUSALS, SEVERAL, WITHOUT_EXTRAS, scripted
 from ros_messages import BAGS
+from tasks_in_scenes import REFUSED_TASKS, other_robot
 from wall_files import OF_WALL_FILES, OF_WALL_UNITS, REFUSED_WALLS, read_wall_here, with_fewer_points
 
 import slalom
@@ -1719,12 +1720,13 @@ CASES = [
     *(
         Case(error, message, call)
         for error, table in (
-            (InvalidInput, REFUSED | REFUSALS | OF_GRIDS | OF_WALL_UNITS),
+            (InvalidInput, REFUSED | REFUSALS | OF_GRIDS | OF_WALL_UNITS | REFUSED_TASKS),
             (InvalidFile, FILES | BAGS | OF_MAPS | OF_WALL_FILES),
             (MissingExtra, EXTRAS),
         )
         for message, call in table.items()
     ),
+    Case(InvalidFile, r"tasks: expected times, and robots from -1 to 1, found others", other_robot),
     *(Case(InvalidInput, message, call) for message, calls in OF_SEVERAL_CALLS.items() for call in calls),
     *OTHERS,
 ]
