@@ -101,6 +101,18 @@ def test_contacts_at_rest_count_where_the_navigator_says_so() -> None:
     assert not decision.safe
 
 
+def test_noise_of_the_speed_of_a_drive_at_rest_is_no_motion() -> None:
+    """Before a person in its margin it stays, and stays safe, whichever speed within the noise is measured."""
+    robot = VehicleNavigator(DRIVE, method("nao"), Disc(BODY), horizon=3.0, margin=0.05)
+    goal, decision = Goal(Stationary((3.0, 4.0)), 0.2, stop=True), None
+    for k, speed in enumerate((0.0, 0.0, 0.03, -0.03, 0.05, 0.02)):
+        tracks = Tracks([(3.63, 4.0)], [(0.0, 0.0)], PERSON, 0.1 * k, uncertainty=BoundedError(0.1))
+        pose = Pose((3.0, 4.0), 0.0, speed, -speed)
+        decision = robot.decide(pose, [ROOM, tracks], goal, now=0.1 * k, previous=decision)
+        assert decision.safe
+        assert decision.command == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("strict", [False, True])
 @pytest.mark.parametrize("shape", [Disc(PERSON), Rectangle(0.6, 0.6)], ids=["disc", "box"])
 def test_what_walks_into_a_vehicle_drives_it_into_no_wall(shape: Shape, strict: bool) -> None:

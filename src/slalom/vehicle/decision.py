@@ -315,7 +315,7 @@ def estimated(
     """The track (m, 6), time [s] and motion, of a vehicle up to the time `acts` [s].
 
     A predicted track is corrected by a share of the difference of the measured motion from it, and by all of it where
-    that is large. Without one the vehicle keeps its speed and turn.
+    that is large. One that is predicted to rest then has no speed and no turn. Without a track the vehicle keeps both.
 
     Args:
         motion: (5,) that was `measured` [s]. track: as it was predicted; None: not at all. kept: [s] of it before.
@@ -329,6 +329,9 @@ def estimated(
     sizes = np.array([hypot(off[0], off[1]), *np.abs(off[2:])])
     if np.all(sizes <= within):
         off *= 1.0 - np.exp(-vehicle.period / (CORRECTION_TIMES + max(vehicle.lags)))
+        if not motion_at(track, acts)[3:].any():
+            # Noise of a vehicle at rest is no motion: what counts only while it moves would count at rest.
+            off[3:] = 0.0
     between = track[(track[:, 0] > measured + TIME) & (track[:, 0] < acts - TIME)]
     times = np.array([measured, *between[:, 0], *([acts] if acts > measured else [])])
     rows = np.column_stack([times, np.array([motion_at(track, t) for t in times.tolist()])])
