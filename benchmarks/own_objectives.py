@@ -17,7 +17,7 @@ from slalom import Candidates, Situation
 from slalom.sim import Scenario, gallery, simulate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
-pass_behind = import_module("18_pass_behind")
+pass_behind = import_module("20_pass_behind")
 
 
 class Forwarding(slalom.Arrive):

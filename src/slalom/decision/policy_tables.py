@@ -45,13 +45,13 @@ from slalom.decision.tables import (
 from slalom.forecast.forecast import Forecast
 from slalom.kernels.decision.tables import (
     ARRIVE,
+    ASIDE,
     CALLBACK,
     FOLLOW_ACCELERATION,
     FOLLOW_VELOCITY,
     MIXED,
     NO_CLAIMS,
     NO_OBJECTIVES,
-    WAYS_ASIDE,
     DecisionTables,
     Objectives,
     Paths,
@@ -356,7 +356,7 @@ class PolicyTables:
         preferred = np.zeros((len(asked) if own_aims else 0, 3))
         for row, situation in zip(preferred, asked):
             row[: state.dimension] = preferred_control(objective.aims(situation))
-        ways = 1 + detours + (0 if request.others is None else WAYS_ASIDE)
+        ways = 1 + detours + (0 if request.others is None else len(ASIDE))
         # Of each preferred control two, and the present manoeuvre.
         most, pieces = 2 * len(self.responses) * ways + 1, table.robots.committed.points.shape[1]
         in_python = ObjectiveInPython(objective, asked[0], most, pieces)

@@ -6,24 +6,15 @@ import numpy as np
 
 from slalom.kernels.arrays import Array
 from slalom.kernels.decision.paths import state_on_path
-from slalom.kernels.decision.tables import Claims, DecisionTables, Paths, Robot, Scratch
+from slalom.kernels.decision.tables import ASIDE, Claims, DecisionTables, Paths, Robot, Scratch
 from slalom.kernels.jit import kernel, squared
 
 ON_WAY_COST: Final = 20.0
 """[1] Cost of a manoeuvre that ends on the way of another robot, in times of the drive off that way. Larger: hardly any
 other choices, since a robot leaves a way in any case. Near 1: it stays if its own way leads there."""
 
-ASIDE = np.array(
-    [
-        *[(1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)],
-        *[(-1.0, 1.0, 0.0), (-1.0, -1.0, 0.0), (1.0, 0.0, 1.0), (1.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)],
-        *[(-1.0, 0.0, 1.0), (-1.0, 0.0, -1.0)],
-    ]
-)
-"""Directions of `ways_aside` by their shares of three axes: straight off the way, along it, and the third in space."""
-
 IN_PLANE: Final = 8
-"""[1] The first of these directions, which are those in the plane."""
+"""[1] The first directions of ASIDE, which are those in the plane."""
 
 
 @kernel

@@ -268,8 +268,14 @@ NO_OBJECTIVES: Final = Objectives(
 """For robots whose objectives have no parts."""
 
 
-WAYS_ASIDE = 14
-"""Directions in which a robot may leave a way in space, at most."""
+ASIDE = np.array(
+    [
+        *[(1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)],
+        *[(-1.0, 1.0, 0.0), (-1.0, -1.0, 0.0), (1.0, 0.0, 1.0), (1.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)],
+        *[(-1.0, 0.0, 1.0), (-1.0, 0.0, -1.0)],
+    ]
+)
+"""Directions of `ways_aside` by their shares of three axes: straight off the way, along it, and the third in space."""
 
 
 class Claims(NamedTuple):

@@ -1,4 +1,4 @@
-"""An objective of your own: pass behind cars. `python examples/18_pass_behind.py FOLDER` draws two runs."""
+"""An objective of your own: pass behind cars. `python examples/20_pass_behind.py FOLDER` draws two runs."""
 
 import sys
 from dataclasses import dataclass
