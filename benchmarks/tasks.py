@@ -116,6 +116,5 @@ def classical(task: Task) -> Task:
     blocked = ControlObstacle(
         response, task.blocked.state, ObstacleWindow(seen, now, HORIZON), ROBOT, task.blocked.margin
     )
-    admissible = LIMITS.admissible(response, task.situation.state, HORIZON)
-    situation = replace(task.situation, response=response, admissible=admissible)
+    situation = replace(task.situation, response=response)
     return Task(situation, preferred_control(Arrive().aims(situation)), blocked)

@@ -16,7 +16,7 @@ import slalom
 from slalom.decision import Decision
 from slalom.decision.document import _Writer, arguments_of, kinds, made
 from slalom.model.uncertainty import Adjusted, Covering
-from slalom.sim import Robot, Scenario, read_scenario
+from slalom.sim import Robot, Scenario, Station, Tasks, read_scenario
 from slalom.sim.files.decision_file import is_decision, read_decision
 from slalom.sim.files.scenario_writer import NOT_IN_FILES, ORIGIN, WRITTEN, scenario_text
 from slalom.vehicle import Bicycle, DifferentialDrive, Pose, VehicleNavigator
@@ -215,6 +215,7 @@ def others() -> list:
         patience=0.1,
     )
     further = {"max_speed": 0.9, "max_acceleration": 0.8, "max_turn_rate": 0.7, "max_turn_acceleration": 0.6}
+    further["max_reverse_speed"] = 0.5
     wheels = replace(DRIVE, period=0.2, ahead=0.2, **further)
     passive = replace(navigator(**settings), method=slalom.method("nao").stopping(), contact_at_rest=False)
     changed = replace(slalom.method("nao@observed"), name="nao", share=0.5, regain=1.0, looks_ahead=True)
@@ -288,13 +289,17 @@ def test_scenario_files_hold_or_refuse_every_field_of_scenarios_robots_and_obsta
     numbers = {"start": 1.0, "duration": 7.0, "dt": 0.05, "replan": 0.1, "guided": False, "early": True}
     shared = {"horizon": 5.0, "margin": 0.1, "holds": (0.3,), "patience": 0.2}
     scenario = Scenario("s", (robot,), (obstacle,), **numbers, **shared, sight=sight)
-    (tmp_path / "a.yaml").write_text(scenario_text(scenario))
-    again = read_scenario(tmp_path / "a.yaml")
-    for each in (*WRITTEN, *ORIGIN):
-        if each not in ("robots", "obstacles"):
-            assert getattr(again, each) == getattr(scenario, each), each
-    assert scenario_text(again) == scenario_text(scenario)
-    for cls, objects in ((Robot, [robot]), (slalom.Obstacle, [obstacle]), (Scenario, [scenario])):
+    waiting = replace(robot, goal=slalom.Goal(slalom.Stationary((9, 0)), 0.3, True))
+    tasks = Tasks((Station("a", (0, 9)), Station("b", (9, 9))), rate=2.0, origins=("a",), destinations=("b",))
+    served = replace(scenario, robots=(waiting,), tasks=tasks)
+    for one in (scenario, served):
+        (tmp_path / "a.yaml").write_text(scenario_text(one))
+        again = read_scenario(tmp_path / "a.yaml")
+        for each in (*WRITTEN, *ORIGIN):
+            if each not in ("robots", "obstacles", "tasks"):
+                assert getattr(again, each) == getattr(one, each), each
+        assert scenario_text(again) == scenario_text(one)
+    for cls, objects in ((Robot, [robot]), (slalom.Obstacle, [obstacle]), (Scenario, [scenario, served])):
         for each in fields(cls):
             if each.name not in (*NOT_IN_FILES.get(cls, ()), *ORIGIN):
                 assert {repr(getattr(one, each.name)) for one in objects} - {repr(each.default)}, each.name

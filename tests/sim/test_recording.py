@@ -62,7 +62,7 @@ def test_arrays_and_texts_come_back(saved: tuple[Recording, Path]) -> None:
         assert type(getattr(recording, name)) is type(getattr(loaded, name)), name
     assert loaded.digest() == recording.digest()
     assert loaded.dimension == recording.dimension
-    assert {f.name for f in fields(Recording)} == {*ARRAYS, *PLAIN, "limits", "goals", "shapes", "obstacles"}
+    assert {f.name for f in fields(Recording)} == {*ARRAYS, *PLAIN, "limits", "goals", "shapes", "obstacles", "tasks"}
 
 
 def test_trajectories_come_back(saved: tuple[Recording, Path]) -> None:

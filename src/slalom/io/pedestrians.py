@@ -272,6 +272,7 @@ def pedpy_hdf5(path: Path) -> Rows:
         records = member(tree.groups, "trajectory")
         columns = [numbers(records.datasets, name) for name in RECORDS]
         rate = positive(scalar(records.attributes, "fps"), "fps")
+        positive(1.0 / rate, "1 / fps")
         if any(values.shape != (columns[0].size,) for values in columns):
             raise InvalidInput(f"trajectory: expected a list, found shapes {[values.shape for values in columns]}")
     except InvalidInput as error:
